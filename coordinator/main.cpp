@@ -62,234 +62,166 @@ struct Arguments {
   CoordinatorOptions options;
 };
 
-constexpr const char* farm_group = "Farm";
-constexpr const char* state_group = "State";
-constexpr const char* tools_group = "Instead of serving";
-constexpr const char* workers_group = "Workers";
-constexpr const char* limits_group = "Limits";
-constexpr const char* http_group = "HTTP";
+/// Declares a number whose present value is the default that the help shows.
+template <typename Number>
+Option number(CommandLine& line, const char* names, Number& target,
+              std::type_identity_t<Number> least, std::type_identity_t<Number> most,
+              const char* text) {
+  return line.number(names, target, least, most, text).show_default();
+}
 
 void declare_http(CommandLine& line, Arguments& a) {
+  line.section("HTTP");
   const Option http =
       line.option("--http", a.http.address,
                   "Also serve HTTP at HOST:PORT (usually 7480; 0: a free port): jobs, pictures and "
                   "events under /api/v1 (see /api/v1/openapi.json), and a page for browsers. With "
                   "--keys, requests need a token (parray keygen DIR --token NAME)")
-          .type_name("HOST:PORT")
-          .group(http_group);
+          .type_name("HOST:PORT");
+  line.section("HTTP", http);
   line.option("--http-host", a.http.hosts,
               "Name of this machine that browsers may use, in addition to localhost")
       .type_name("NAME")
-      .one_value_each()
-      .group(http_group)
-      .needs(http);
+      .one_value_each();
   line.option("--webhook-host", a.http.webhook_hosts,
               "Host that may receive a request when a job ends (option webhook of the job)")
       .type_name("HOST")
-      .one_value_each()
-      .group(http_group)
-      .needs(http);
-  line.number("--http-streams", a.http.streams, 0, 10000, "Maximum number of event streams")
-      .group(http_group)
-      .needs(http)
-      .show_default();
-  line.number("--http-connections", a.http.connections, 1, 100000, "Maximum HTTP connections")
-      .group(http_group)
-      .needs(http)
-      .show_default();
-  line.number(
-          "--http-connections-per-address", a.http.address_connections, 1, 100000,
-          "Maximum number of HTTP connections of one address, also of a proxy. New ones replace "
-          "those without a request yet; /healthz and /readyz are always answered")
-      .group(http_group)
-      .needs(http)
-      .show_default();
-  line.number("--http-body", a.http_body_mib, 0.001, 1e6,
-              "Largest uploaded scene with its files in MiB")
-      .group(http_group)
-      .needs(http)
-      .show_default();
-  line.number("--http-parts", a.http.uploads.parts, 1, 100000, "Maximum number of parts of a form")
-      .group(http_group)
-      .needs(http)
-      .show_default();
-  line.number("--http-scene-memory", a.http_scene_gib, 0.1, 1e6,
-              "Memory in GiB for the process that reads an uploaded scene")
-      .group(http_group)
-      .needs(http)
-      .show_default();
-  line.number("--http-scene-seconds", a.http.uploads.child.seconds, 1, 100000,
-              "Processor time in seconds for the process that reads an uploaded scene")
-      .group(http_group)
-      .needs(http)
-      .show_default();
+      .one_value_each();
+  number(line, "--http-streams", a.http.streams, 0, 10000, "Maximum number of event streams");
+  number(line, "--http-connections", a.http.connections, 1, 100000, "Maximum HTTP connections");
+  number(line, "--http-connections-per-address", a.http.address_connections, 1, 100000,
+         "Maximum number of HTTP connections of one address, also of a proxy. New ones replace "
+         "those without a request yet; /healthz and /readyz are always answered");
+  number(line, "--http-body", a.http_body_mib, 0.001, 1e6,
+         "Largest uploaded scene with its files in MiB");
+  number(line, "--http-parts", a.http.uploads.parts, 1, 100000,
+         "Maximum number of parts of a form");
+  number(line, "--http-scene-memory", a.http_scene_gib, 0.1, 1e6,
+         "Memory in GiB for the process that reads an uploaded scene");
+  number(line, "--http-scene-seconds", a.http.uploads.child.seconds, 1, 100000,
+         "Processor time in seconds for the process that reads an uploaded scene");
 }
 
 void declare_limits(CommandLine& line, Arguments& a) {
   Limits& limits = a.options.limits;
-  line.number("--max-jobs", limits.jobs, 1, 1000000,
-              "Maximum number of jobs; a new job replaces the oldest that has ended")
-      .show_default()
-      .group(limits_group);
-  line.number("--max-user-jobs", limits.user_jobs, 1, 1000000,
-              "Maximum number of unfinished jobs of one user")
-      .show_default()
-      .group(limits_group);
-  line.number("--max-pixels", limits.pixels, 1, limits::max_pixels,
-              "Maximum pixels of a picture; it can only be lowered")
-      .show_default()
-      .group(limits_group);
-  line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
-              "Maximum number of pixels of all unfinished jobs of one user")
-      .show_default()
-      .group(limits_group);
-  line.number("--max-disk", a.disk_gib, 0.001, 1e6,
-              "Maximum GiB below --state; jobs that have ended make room, the oldest first")
-      .show_default()
-      .group(limits_group);
-  line.number("--max-user-disk", a.user_disk_gib, 0.001, 1e6,
-              "Maximum GiB of one user below --state")
-      .show_default()
-      .group(limits_group);
-  line.number("--keep-days", a.keep_days, 0.0001, 1e5,
-              "Days until an ended job is deleted, counted while the coordinator serves")
-      .show_default()
-      .group(limits_group);
-  line.number(
-          "--keep-lost", a.keep_lost_days, 0.0001, 1e5,
-          "Days until files that were set aside in lost/ of --state are deleted, counted while the "
-          "coordinator serves")
-      .show_default()
-      .group(limits_group);
-  line.number("--max-requests", limits.requests, 1, 1000000,
-              "Maximum number of messages per second of one client; more are dropped")
-      .show_default()
-      .group(limits_group);
+  line.section("Limits");
+  number(line, "--max-jobs", limits.jobs, 1, 1000000,
+         "Maximum number of jobs; a new job replaces the oldest that has ended");
+  number(line, "--max-user-jobs", limits.user_jobs, 1, 1000000,
+         "Maximum number of unfinished jobs of one user");
+  number(line, "--max-pixels", limits.pixels, 1, limits::max_pixels,
+         "Maximum pixels of a picture; it can only be lowered");
+  number(line, "--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
+         "Maximum number of pixels of all unfinished jobs of one user");
+  number(line, "--max-disk", a.disk_gib, 0.001, 1e6,
+         "Maximum GiB below --state; jobs that have ended make room, the oldest first");
+  number(line, "--max-user-disk", a.user_disk_gib, 0.001, 1e6,
+         "Maximum GiB of one user below --state");
+  number(line, "--keep-days", a.keep_days, 0.0001, 1e5,
+         "Days until an ended job is deleted, counted while the coordinator serves");
+  number(line, "--keep-lost", a.keep_lost_days, 0.0001, 1e5,
+         "Days until files that were set aside in lost/ of --state are deleted, counted while the "
+         "coordinator serves");
+  number(line, "--max-requests", limits.requests, 1, 1000000,
+         "Maximum number of messages per second of one client; more are dropped");
 }
 
 void declare_state(CommandLine& line, Arguments& a) {
+  line.section("State");
   const Option state =
       line.option("--state", a.state.state,
                   "Directory for jobs, results and pictures, from which a restarted coordinator "
                   "continues; without it they end with the process")
           .type_name("DIR")
-          .completes(Completes::directories)
-          .group(state_group);
+          .completes(Completes::directories);
+  line.section("State", state);
   line.flag("--wait", a.state.wait,
-            "While another coordinator uses --state, wait; serve as soon as that has ended")
-      .needs(state)
-      .group(state_group);
+            "While another coordinator uses --state, wait; serve as soon as that has ended");
   line.option("--replicate-to", a.state.replicate_to,
               "Address of a standby on another machine, tcp://HOST:7401: acknowledge only what the "
               "standby has stored, too")
-      .type_name("ADDRESS")
-      .needs(state)
-      .group(state_group);
-  Option standby =
+      .type_name("ADDRESS");
+  const Option standby =
       line.option("--standby", a.state.standby,
                   "Address for a primary's --replicate-to (tcp://*:7401): keep a copy of "
                   "the primary's state, and serve when the primary is silent")
           .type_name("ADDRESS");
-  standby.needs(state).group(state_group);
+  line.section("State", standby);
   line.flag("--overwrite", a.state.overwrite,
             "Let a primary that was set back to an older copy of its state delete what only this "
-            "standby has")
-      .needs(standby)
-      .group(state_group);
+            "standby has");
+  line.section("State", state);
   line.flag("--serve-fenced", a.state.serve_fenced,
             "Serve the older state of a primary although its standby has taken over. The two are "
-            "then "
-            "separate farms, whose jobs have the same numbers")
-      .needs(state)
-      .group(state_group);
-  line.number(
-          "--takeover-after", a.takeover_after, 1.0, 86400.0,
-          "Seconds of silence after which a standby takes over, or a primary sends its workers to "
-          "the standby; use the same value for both")
-      .needs(state)
-      .show_default()
-      .group(state_group);
+            "then separate farms, whose jobs have the same numbers");
+  number(line, "--takeover-after", a.takeover_after, 1.0, 86400.0,
+         "Seconds of silence after which a standby takes over, or a primary sends its workers to "
+         "the standby; use the same value for both");
 }
 
 void declare_tools(CommandLine& line, Arguments& a) {
+  line.section("Instead of serving");
   line.option("--check", a.check,
               "Read the state below DIR, print one line for each damage, and exit with status 1 if "
               "there is any. Changes nothing; no coordinator may serve the state meanwhile")
       .type_name("DIR")
-      .completes(Completes::directories)
-      .group(tools_group);
+      .completes(Completes::directories);
   line.option(
           "--repair", a.repair,
           "Repair the state below DIR: rebuild a lost or damaged database from other files, and "
           "print repairs and losses. Replaced files move to DIR/lost")
       .type_name("DIR")
-      .completes(Completes::directories)
-      .group(tools_group);
+      .completes(Completes::directories);
   line.option(
           "--backup", a.backup,
           "Copy the state below DIR to the new directory TARGET. A coordinator may be serving the "
           "state. To restore the copy, serve it with --state")
       .type_name("DIR TARGET")
-      .completes(Completes::directories)
-      .group(tools_group);
+      .completes(Completes::directories);
 }
 
 void declare_options(CommandLine& line, Arguments& a) {
+  line.section("Farm");
   line.option("--coordinator,--bind", a.bind,
               "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
       .type_name("ADDRESS")
-      .show_default()
-      .group(farm_group);
+      .show_default();
   line.option("--keys", a.keys,
               "Directory of the farm's keys (parray keygen): accept only peers with these keys")
       .type_name("DIR")
       .completes(Completes::directories)
-      .environment("PARRAY_KEYS")
-      .group(farm_group);
+      .environment("PARRAY_KEYS");
   line.flag("--insecure", a.insecure,
-            "Serve other machines without keys: anyone there can send jobs and pose as a worker")
-      .group(farm_group);
+            "Serve other machines without keys: anyone there can send jobs and pose as a worker");
   declare_state(line, a);
   declare_tools(line, a);
   declare_http(line, a);
   declare_limits(line, a);
-  line.number("--max-workers", a.options.max_workers, 1, 1000000, "Maximum number of workers")
-      .show_default()
-      .group(limits_group);
+  number(line, "--max-workers", a.options.max_workers, 1, 1000000, "Maximum number of workers");
   line.number("--memory", a.memory_gib, 0.001, 1e6,
               "GiB of memory for unfinished pictures and, without --state, scenes and finished "
               "pictures; further jobs wait. With --http, downloads and uploads get an eighth of it "
-              "(default: half of the available memory)")
-      .group(limits_group);
-  line.number(
-          "--max-failures", a.max_failures, 1, 1000,
-          "A job fails when so many machines have failed at the same part of it, or all machines "
-          "have failed twice")
-      .show_default()
-      .group(workers_group);
+              "(default: half of the available memory)");
+  line.section("Workers");
+  number(line, "--max-failures", a.max_failures, 1, 1000,
+         "A job fails when so many machines have failed at the same part of it, or all machines "
+         "have failed twice");
   line.number("--spot-checks", a.spot_checks, 0.0, 1.0,
               "Share of the leases, 0 to 1, that another machine traces again, to compare the bits "
               "(without another machine, a process of this coordinator traces some of the cells); "
               "at least 0.1 of a machine's first 100 leases, and of the first 20 after each start "
               "of a worker, unless it is 0 (default: 0.01, but 0 for workers of the same user on "
-              "this machine)")
-      .group(workers_group);
-  line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
-              std::size_t{1} << 40,
-              "Maximum number of bytes of a message to this coordinator, and so of a scene; it "
-              "disconnects senders of larger ones")
-      .show_default()
-      .group(limits_group);
-  line.number(
-          "--heartbeat", a.heartbeat, 0.05, 60.0,
-          "Seconds between a worker's heartbeats, up to n times that with n thousand workers; a "
-          "worker is lost after five times as long without a message")
-      .show_default()
-      .group(workers_group);
-  line.number("--lease-timeout", a.lease_timeout, 0.1, 3600.0,
-              "Seconds without progress after which a lease goes to another worker")
-      .show_default()
-      .group(workers_group);
+              "this machine)");
+  number(line, "--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
+         std::size_t{1} << 40,
+         "Maximum number of bytes of a message to this coordinator, and so of a scene; it "
+         "disconnects senders of larger ones")
+      .group("Limits");
+  number(line, "--heartbeat", a.heartbeat, 0.05, 60.0,
+         "Seconds between a worker's heartbeats, up to n times that with n thousand workers; a "
+         "worker is lost after five times as long without a message");
+  number(line, "--lease-timeout", a.lease_timeout, 0.1, 3600.0,
+         "Seconds without progress after which a lease goes to another worker");
   a.log.add_to(line, "Lowest level of messages on stderr; debug shows every lease");
   line.example("parray-coordinator --state /var/lib/parray",
                "serves workers of this machine and continues after a restart");

@@ -10,8 +10,7 @@ namespace parray::proto {
 AddressList::AddressList(const std::string& text) {
   std::istringstream list(text + ",");
   for (std::string address; std::getline(list, address, ',');) {
-    if (address.empty() ||
-        std::find(addresses_.begin(), addresses_.end(), address) != addresses_.end()) {
+    if (address.empty() || std::ranges::find(addresses_, address) != addresses_.end()) {
       throw InputError("cannot connect to '" + text +
                        "': an address is empty or occurs twice: write a list like "
                        "tcp://127.0.0.1:7400,tcp://127.0.0.2:7400");

@@ -319,7 +319,7 @@ std::size_t ControlReader::index_of(const char* key,
                                     std::span<const std::string_view> names) const {
   std::string name;
   text(key, name, max_name);
-  const auto found = std::find(names.begin(), names.end(), name);
+  const auto found = std::ranges::find(names, name);
   if (found == names.end()) malformed(key, "is an unknown word");
   return static_cast<std::size_t>(found - names.begin());
 }

@@ -79,8 +79,7 @@ class InprocHub::PeerEnd : public Link {
     const std::scoped_lock lock(hub_.mutex_);
     hub_.peers_.erase(id_);
   }
-  PeerEnd(const PeerEnd&) = delete;
-  PeerEnd& operator=(const PeerEnd&) = delete;
+  PeerEnd& operator=(PeerEnd&&) = delete;
 
   [[nodiscard]] Envelope seal(Message message) const override { return message; }
   bool send(const PeerId& /*to*/, Envelope content) override {

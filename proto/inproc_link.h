@@ -1,8 +1,5 @@
 #pragma once
 
-#include <condition_variable>
-#include <cstddef>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -20,8 +17,7 @@ class InprocHub {
   /// A sender's thread calls `on_arrival` after each message to the coordinator, dropped or not.
   explicit InprocHub(std::function<void()> on_arrival = {});
   ~InprocHub();
-  InprocHub(const InprocHub&) = delete;
-  InprocHub& operator=(const InprocHub&) = delete;
+  InprocHub& operator=(InprocHub&&) = delete;
 
   /// Returns the coordinator's end, which lives as long as the hub.
   Link& coordinator();

@@ -9,11 +9,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <fstream>
 #include <sstream>
 #include <system_error>
 #include <vector>
 
+#include "common/base/ascii.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
 
@@ -33,9 +33,8 @@ bool is_key(const std::string& text) {
 
 bool is_name(const std::string& text) {
   return !text.empty() && text.size() <= 64 && text.front() != '.' &&
-         std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                  c == '.' || c == '_' || c == '-';
+         std::ranges::all_of(text, [](char c) {
+           return ascii::is_letter_or_digit(c) || c == '.' || c == '_' || c == '-';
          });
 }
 
@@ -144,8 +143,7 @@ std::vector<Member> read_members(const fs::path& file) {
     std::string role;
     Member member{};
     words >> role >> member.name >> member.key;
-    const auto known =
-        std::find_if(roles.begin(), roles.end(), [&](Role r) { return name_of(r) == role; });
+    const auto known = std::ranges::find_if(roles, [&](Role r) { return name_of(r) == role; });
     if (known == roles.end() || !is_name(member.name) || !is_key(member.key) ||
         !read_share(words, member.share)) {
       throw InputError(
@@ -181,14 +179,8 @@ Member make_member(const fs::path& directory, const std::string& coordinator, Ro
 }  // namespace
 
 std::string_view name_of(Role role) {
-  switch (role) {
-    case Role::worker: return "worker";
-    case Role::client: return "client";
-    case Role::admin: return "admin";
-    case Role::any: return "any";
-    case Role::none: break;
-  }
-  return "none";
+  constexpr std::array<std::string_view, 5> names = {"none", "worker", "client", "admin", "any"};
+  return names.at(static_cast<std::size_t>(role));
 }
 
 KeyPair make_key_pair() {
@@ -234,8 +226,7 @@ void add_member_key(const fs::path& directory, Role role, const std::string& nam
   }
   const KeyPair coordinator = read_coordinator_key(directory);
   std::vector<Member> members = read_members(allowed_file(directory));
-  if (std::any_of(members.begin(), members.end(),
-                  [&](const Member& m) { return m.name == name; })) {
+  if (std::ranges::any_of(members, [&](const Member& m) { return m.name == name; })) {
     throw InputError("a key named '" + name +
                      "' already exists: remove it first, or use another name");
   }

@@ -14,8 +14,8 @@
 namespace parray::proto {
 namespace {
 
-// Each message's fields are described once for both directions: `f` is a ControlWriter or a
-// ControlReader. PROTOCOL.md is the reference for keys and ranges.
+// Each message's fields, except `request`, are described once for both directions: `f` is a
+// ControlWriter or a ControlReader. PROTOCOL.md is the reference for keys and ranges.
 
 void fields(auto& f, msg::Hello& m) {
   f.version(m.version);
@@ -104,17 +104,12 @@ void fields(auto& f, msg::Revoke& m) {
 }
 void fields(auto& f, msg::Bye& m) { f.text("reason", m.reason, max_line); }
 void fields(auto& f, msg::Submit& m) {
-  f.number("request", m.request);
   f.text("token", m.token, 64, 1);
   f.text("user", m.user, 64);
   head_fields(f, m);
 }
-void fields(auto& f, msg::Submitted& m) {
-  f.number("request", m.request);
-  f.number("job", m.job);
-}
+void fields(auto& f, msg::Submitted& m) { f.number("job", m.job); }
 void fields(auto& f, msg::ListJobs& m) {
-  f.number("request", m.request);
   f.number_if_there("before", m.before);
   f.number_if_there("limit", m.limit, 1U, msg::most_listed);
   f.text_if_there("states", m.states, max_name);
@@ -125,110 +120,70 @@ void fields(auto& f, msg::ListJobs& m) {
   f.number_if_there("offset", m.offset);
 }
 void fields(auto& f, msg::Jobs& m) {
-  f.number("request", m.request);
   f.list("jobs", m.jobs);
   f.number_if_there("total", m.total);
 }
 void fields(auto& f, msg::ShowJob& m) {
-  f.number("request", m.request);
   f.number("job", m.job);
   f.number("from_frame", m.from_frame, 0U, limits::max_frame);
 }
-void fields(auto& f, msg::Job& m) {
-  f.number("request", m.request);
-  f.object("job", m.job);
-}
+void fields(auto& f, msg::Job& m) { f.object("job", m.job); }
 void fields(auto& f, msg::SteerJob& m) {
-  f.number("request", m.request);
   f.number("job", m.job);
   f.word("action", m.action, job_action_names);
   f.number("priority", m.priority, 0U, 100U);
 }
 void fields(auto& f, msg::SteerJobs& m) {
-  f.number("request", m.request);
   f.numbers("jobs", m.jobs, msg::most_steered);
   f.word("action", m.action, job_action_names);
   f.number("priority", m.priority, 0U, 100U);
 }
-void fields(auto& f, msg::Steered& m) {
-  f.number("request", m.request);
-  f.list("results", m.results);
-}
+void fields(auto& f, msg::Steered& m) { f.list("results", m.results); }
 void fields(auto& f, msg::Fetch& m) {
-  f.number("request", m.request);
   f.number("job", m.job);
   f.flag("partial", m.partial);
   f.flag("statistics", m.statistics);
   f.flag("replicates", m.replicates);
 }
 void fields(auto& f, msg::ImageData& m) {
-  f.number("request", m.request);
   f.object("report", m.report);
   f.number("width", m.width, 1U, limits::max_image_side);
   f.number("height", m.height, 1U, limits::max_image_side);
   f.flag("statistics", m.statistics);
   f.flag("replicates", m.replicates);
 }
-void fields(auto& f, msg::FetchJournal& m) {
-  f.number("request", m.request);
-  f.number("job", m.job);
-}
+void fields(auto& f, msg::FetchJournal& m) { f.number("job", m.job); }
 void fields(auto& f, msg::JournalData& m) {
-  f.number("request", m.request);
   f.object("job", m.job);
   f.object("report", m.report);
 }
-void fields(auto& f, msg::FetchScene& m) {
-  f.number("request", m.request);
-  f.number("job", m.job);
-}
+void fields(auto& f, msg::FetchScene& m) { f.number("job", m.job); }
 void fields(auto& f, msg::SceneData& m) {
-  f.number("request", m.request);
   f.settings("settings", m.settings);
   f.text_if_there("drawing", m.drawing, max_drawing);
 }
 void fields(auto& f, msg::ListWorkers& m) {
-  f.number("request", m.request);
   f.number_if_there("offset", m.offset);
   f.number_if_there("limit", m.limit, 1U, msg::most_listed);
 }
 void fields(auto& f, msg::SteerWorkers& m) {
-  f.number("request", m.request);
   f.word("action", m.action, worker_action_names);
   f.flag("host", m.host);
   f.text("name", m.name, max_name, 1);
 }
 void fields(auto& f, msg::Workers& m) {
-  f.number("request", m.request);
   f.list("workers", m.workers);
   f.number("total", m.total);
 }
-void fields(auto& f, msg::ShowFarm& m) {
-  f.number("request", m.request);
-  f.flag_if_there("history", m.history);
-}
-void fields(auto& f, msg::Farm& m) {
-  f.number("request", m.request);
-  f.object("farm", m.farm);
-}
-void fields(auto& f, msg::ShowWorker& m) {
-  f.number("request", m.request);
-  f.text("name", m.name, max_name, 1);
-}
-void fields(auto& f, msg::Worker& m) {
-  f.number("request", m.request);
-  f.object("worker", m.worker);
-}
-void fields(auto& f, msg::ShowLog& m) {
-  f.number("request", m.request);
-  f.text("name", m.name, max_name, 1);
-}
+void fields(auto& f, msg::ShowFarm& m) { f.flag_if_there("history", m.history); }
+void fields(auto& f, msg::Farm& m) { f.object("farm", m.farm); }
+void fields(auto& f, msg::ShowWorker& m) { f.text("name", m.name, max_name, 1); }
+void fields(auto& f, msg::Worker& m) { f.object("worker", m.worker); }
+void fields(auto& f, msg::ShowLog& m) { f.text("name", m.name, max_name, 1); }
 void fields(auto& f, msg::Log& m) {
-  f.number("request", m.request);
   f.lines("lines", m.lines, msg::most_log_lines, msg::most_log_line);
 }
 void fields(auto& f, msg::Error& m) {
-  f.number("request", m.request);
   f.number("status", m.status, 1U, 2U);
   f.text("message", m.message, max_line);
   f.flag("later", m.later);
@@ -246,12 +201,6 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names 
     "scene"};
 
 // The bulk frame of the messages that have one.
-
-template <typename M>
-constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg::Chunk> ||
-                          std::is_same_v<M, msg::Result> || std::is_same_v<M, msg::Submit> ||
-                          std::is_same_v<M, msg::ImageData> ||
-                          std::is_same_v<M, msg::JournalData> || std::is_same_v<M, msg::SceneData>;
 
 Bulk bulk_of(const msg::Grant& m) {
   const std::vector<SampleRange>& samples = m.cells.samples;
@@ -299,6 +248,17 @@ void set_bulk(msg::ImageData& m, Bulk bulk) {
   }
   m.picture = PicturePayload(std::move(bulk));
 }
+template <typename M>
+concept HasBulk = requires(const M& message) {
+  bulk_of(message);
+};
+
+/// Reads or writes all fields but the bulk frame and its checksum.
+template <typename M>
+void control_fields(auto& f, M& message) {
+  if constexpr (requires { message.request; }) f.number("request", message.request);
+  fields(f, message);
+}
 
 /// Checks the relations between fields of a message.
 void check(const auto& /*m*/) {}
@@ -307,8 +267,8 @@ void check(const msg::Grant& m) {
   // In passes, samples_per_pixel bounds only the mean over all pixels.
   const std::uint32_t most =
       m.settings->in_passes() ? limits::max_samples_per_pixel : m.settings->samples_per_pixel;
-  const bool beyond = std::any_of(shape.stages.begin(), shape.stages.end(),
-                                  [most](const Stage& stage) { return stage.end > most; });
+  const bool beyond =
+      std::ranges::any_of(shape.stages, [most](const Stage& stage) { return stage.end > most; });
   if (shape.width != m.settings->width || shape.height != m.settings->height || beyond) {
     throw ProtocolError("'cells' do not fit the picture");
   }
@@ -324,9 +284,9 @@ void check(const msg::SceneSource& m) {
 template <std::size_t I>
 Message decode_as(ControlReader& reader, const Frames& frames) {
   std::variant_alternative_t<I, Message> message;
-  fields(reader, message);
+  control_fields(reader, message);
   check(message);
-  constexpr bool bulk = has_bulk<decltype(message)>;
+  constexpr bool bulk = HasBulk<decltype(message)>;
   if (frames.size() != (bulk ? 2 : 1)) {
     throw ProtocolError("wrong number of frames", reader.request());
   }
@@ -362,8 +322,8 @@ Frames encode(const Message& message) {
   return std::visit(
       [&](auto copy) {  // by value, because fields() takes a mutable message; payloads are shared
         ControlWriter writer(type_names[message.index()]);
-        fields(writer, copy);
-        if constexpr (has_bulk<decltype(copy)>) {
+        control_fields(writer, copy);
+        if constexpr (HasBulk<decltype(copy)>) {
           Bulk bulk = bulk_of(copy);
           writer.number("bulk_xxh3", bulk.checksum);
           return Frames{writer.frame(), std::move(bulk.data)};

@@ -42,8 +42,7 @@ class MpiWindow {
   /// `bytes` is the size of this rank's memory, at least a word. Zeroes the first `zeroed` bytes.
   MpiWindow(MPI_Comm comm, std::size_t bytes, std::size_t zeroed);
   ~MpiWindow();
-  MpiWindow(const MpiWindow&) = delete;
-  MpiWindow& operator=(const MpiWindow&) = delete;
+  MpiWindow& operator=(MpiWindow&&) = delete;
 
   Window& of(std::uint32_t rank) { return targets_[rank]; }
   /// Returns the memory of this rank.

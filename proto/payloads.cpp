@@ -1,16 +1,15 @@
 #include "proto/payloads.h"
 
-#include <xxhash.h>
-
 #include <algorithm>
 
 #include "common/base/bytes.h"
+#include "common/base/checksum.h"
 #include "common/scene/scene_bytes.h"
 
 namespace parray::proto {
 
 std::string_view Bulk::verified() const {
-  if (XXH3_64bits(data.view().data(), data.size()) != checksum) {
+  if (checksum_of(data.view()) != checksum) {
     throw ChecksumError("bulk frame has a wrong checksum");
   }
   return data.view();
@@ -19,7 +18,7 @@ std::string_view Bulk::verified() const {
 Bulk Bulk::of(std::string bytes) { return of(Frame(std::move(bytes))); }
 
 Bulk Bulk::of(Frame bytes) {
-  const std::uint64_t checksum = XXH3_64bits(bytes.view().data(), bytes.size());
+  const std::uint64_t checksum = checksum_of(bytes.view());
   return {std::move(bytes), checksum};
 }
 

@@ -1,6 +1,5 @@
 #include "proto/tokens.h"
 
-#include <array>
 #include <cstdio>
 #include <fstream>
 #include <random>

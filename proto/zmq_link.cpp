@@ -128,35 +128,19 @@ bool is_loopback(const std::string& endpoint) {
          endpoint.find_first_not_of("0123456789.", net.size()) == colon;
 }
 
-class ZmqServer::Impl {
- public:
-  Impl(const std::string& endpoint, std::size_t max_message_bytes,
-       const std::filesystem::path& keys, Admits admits)
-      : link_(zmq::socket_type::router, max_message_bytes, seconds(1)) {
-    if (!keys.empty()) link_.admit_only(keys, admits);
-    try {
-      link_.socket().raw().bind(endpoint);
-    } catch (const zmq::error_t& error) {
-      throw RunError("binding " + endpoint + " failed: " + error.what() +
-                     ": use another address or port");
-    }
-    endpoint_ = link_.socket().raw().get(zmq::sockopt::last_endpoint);
-  }
-
-  ZmqLink& link() { return link_; }
-  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
-
- private:
-  ZmqLink link_;
-  std::string endpoint_;
-};
-
 ZmqServer::ZmqServer(const std::string& endpoint, std::size_t max_message_bytes,
-                     const std::filesystem::path& keys, Admits admits)
-    : impl_(std::make_unique<Impl>(endpoint, max_message_bytes, keys, admits)) {}
-ZmqServer::~ZmqServer() = default;
-Link& ZmqServer::link() { return impl_->link(); }
-const std::string& ZmqServer::endpoint() const { return impl_->endpoint(); }
+                     const std::filesystem::path& keys, Admits admits) {
+  auto link = std::make_unique<ZmqLink>(zmq::socket_type::router, max_message_bytes, seconds(1));
+  if (!keys.empty()) link->admit_only(keys, admits);
+  try {
+    link->socket().raw().bind(endpoint);
+  } catch (const zmq::error_t& error) {
+    throw RunError("binding " + endpoint + " failed: " + error.what() +
+                   ": use another address or port");
+  }
+  endpoint_ = link->socket().raw().get(zmq::sockopt::last_endpoint);
+  link_ = std::move(link);
+}
 
 std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_message_bytes,
                                   Time linger, const std::optional<MemberKey>& key) {

@@ -35,17 +35,14 @@ class ZmqServer {
  public:
   ZmqServer(const std::string& endpoint, std::size_t max_message_bytes,
             const std::filesystem::path& keys = {}, Admits admits = Admits::members);
-  ~ZmqServer();
-  ZmqServer(const ZmqServer&) = delete;
-  ZmqServer& operator=(const ZmqServer&) = delete;
 
-  Link& link();
+  Link& link() { return *link_; }
   /// Returns the endpoint as bound, with its real port.
-  [[nodiscard]] const std::string& endpoint() const;
+  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<Link> link_;
+  std::string endpoint_;
 };
 
 /// Returns a DEALER connected to one of `addresses`, which are separated by commas: first to the

@@ -1,7 +1,6 @@
 #include "proto/zmq_mesh.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 
@@ -20,33 +19,31 @@ constexpr std::size_t most_answered_bytes = most_chunk_bytes + most_asked_bytes;
 /// First byte of the id of a worker that asked; no address begins with it.
 constexpr char asker = '<';
 
-}  // namespace
-
-class ZmqMesh::Impl {
+class Mesh final : public ZmqMesh {
  public:
-  explicit Impl(const ZmqMeshOptions& options)
+  explicit Mesh(const ZmqMeshOptions& options)
       : coordinator_(context_, zmq::socket_type::dealer, options.max_message_bytes,
                      options.linger) {
     if (options.key) coordinator_.speak_as(options.key->own, options.key->coordinator);
     AddressList addresses(options.coordinator);
-    const bool here = std::all_of(addresses.all().begin(), addresses.all().end(), is_loopback);
+    const bool here = std::ranges::all_of(addresses.all(), is_loopback);
     coordinator_.connect(std::move(addresses));
     if (options.sharing) {
       share(here ? "tcp://127.0.0.1:*" : "tcp://*:*");
     }
   }
 
-  [[nodiscard]] std::uint32_t port() const { return port_; }
-  [[nodiscard]] const std::string& key() const { return own_.open; }
+  [[nodiscard]] std::uint32_t port() const override { return port_; }
+  [[nodiscard]] const std::string& key() const override { return own_.open; }
 
-  bool send(const PeerId& to, const Envelope& content) {
+  bool send(const PeerId& to, Envelope content) override {
     if (to.empty()) return coordinator_.send({}, content);
     if (to.front() == asker) return asked_ && asked_->send(to.substr(1), content);
     return connect(to) && source_->socket.send({}, content);
   }
 
   /// Receives from each socket in turns, so that none can block the others.
-  std::optional<Delivery> receive() {
+  std::optional<Delivery> receive() override {
     for (int i = 0; i < 3; ++i) {
       turn_ = (turn_ + 1) % 3;
       if (auto delivery = receive_from(turn_)) return delivery;
@@ -54,14 +51,14 @@ class ZmqMesh::Impl {
     return {};
   }
 
-  void wait(Time timeout) {
+  void wait(Time timeout) override {
     std::vector<zmq::pollitem_t> items{{coordinator_.raw().handle(), 0, ZMQ_POLLIN, 0}};
     if (asked_) items.push_back({asked_->raw().handle(), 0, ZMQ_POLLIN, 0});
     if (source_) items.push_back({source_->socket.raw().handle(), 0, ZMQ_POLLIN, 0});
     wake_up_.poll(std::move(items), timeout);
   }
 
-  void wake() noexcept { wake_up_.raise(); }
+  void wake() noexcept override { wake_up_.raise(); }
 
  private:
   struct Source {
@@ -117,13 +114,10 @@ class ZmqMesh::Impl {
   int turn_ = 0;
 };
 
-ZmqMesh::ZmqMesh(const ZmqMeshOptions& options) : impl_(std::make_unique<Impl>(options)) {}
-ZmqMesh::~ZmqMesh() = default;
-std::uint32_t ZmqMesh::port() const { return impl_->port(); }
-const std::string& ZmqMesh::key() const { return impl_->key(); }
-bool ZmqMesh::send(const PeerId& to, Envelope content) { return impl_->send(to, content); }
-std::optional<Delivery> ZmqMesh::receive() { return impl_->receive(); }
-void ZmqMesh::wait(Time timeout) { impl_->wait(timeout); }
-void ZmqMesh::wake() noexcept { impl_->wake(); }
+}  // namespace
+
+std::unique_ptr<ZmqMesh> open_mesh(const ZmqMeshOptions& options) {
+  return std::make_unique<Mesh>(options);
+}
 
 }  // namespace parray::proto

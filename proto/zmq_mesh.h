@@ -28,28 +28,16 @@ struct ZmqMeshOptions {
 ///
 /// The worker asks one other worker at a time: send() to another one closes the connection to the
 /// previous one.
-class ZmqMesh final : public Link {
+class ZmqMesh : public Link {
  public:
-  /// Throws InputError if an address is invalid, RunError if the port or its keys cannot be made.
-  explicit ZmqMesh(const ZmqMeshOptions& options);
-  ~ZmqMesh() override;
-  ZmqMesh(const ZmqMesh&) = delete;
-  ZmqMesh& operator=(const ZmqMesh&) = delete;
-
   /// Returns the port for requests of other workers; 0: none. The port is on loopback if the
   /// coordinator is there, otherwise on all of the machine's addresses.
-  [[nodiscard]] std::uint32_t port() const;
+  [[nodiscard]] virtual std::uint32_t port() const = 0;
   /// Returns the public key of the port; empty without a port.
-  [[nodiscard]] const std::string& key() const;
-
-  bool send(const PeerId& to, Envelope content) override;
-  std::optional<Delivery> receive() override;
-  void wait(Time timeout) override;
-  void wake() noexcept override;
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  [[nodiscard]] virtual const std::string& key() const = 0;
 };
+
+/// Throws InputError if an address is invalid, RunError if the port or its keys cannot be made.
+std::unique_ptr<ZmqMesh> open_mesh(const ZmqMeshOptions& options);
 
 }  // namespace parray::proto

@@ -65,8 +65,7 @@ class WakeUp {
   /// Throws RunError if the system provides none.
   WakeUp();
   ~WakeUp();
-  WakeUp(const WakeUp&) = delete;
-  WakeUp& operator=(const WakeUp&) = delete;
+  WakeUp& operator=(WakeUp&&) = delete;
 
   /// Ends the current or the next poll(). Any thread.
   void raise() const noexcept;

@@ -30,8 +30,7 @@ class CellTracer {
   /// cell; the function sets it to the time when the cell ended. Thread-safe.
   std::uint64_t trace(std::uint64_t index, Time& since) {
     const std::vector<SampleRange> ranges = batch_.column_ranges_of(index);
-    if (std::all_of(ranges.begin(), ranges.end(),
-                    [](const SampleRange& range) { return range.count() == 0; })) {
+    if (std::ranges::all_of(ranges, [](const SampleRange& range) { return range.count() == 0; })) {
       return 0;  // its record is zeros
     }
     const Cell cell = batch_.grid->cell(index);
@@ -66,7 +65,7 @@ class CellTracer {
       if (index < end) result_.excluded.push_back(some);
     }
     // Threads find excluded samples in any order. Sorting makes the bytes of equal leases equal.
-    std::sort(result_.excluded.begin(), result_.excluded.end());
+    std::ranges::sort(result_.excluded);
     result_.seconds = to_seconds(clock_.now() - began);
     return std::move(result_);
   }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <memory>
 #include <optional>
 #include <random>
 
@@ -36,35 +35,31 @@ struct Arguments {
 };
 
 void declare_options(CommandLine& line, Arguments& a) {
+  line.section("Farm");
   line.option("--coordinator,--connect", a.coordinator,
               "Address of the coordinator, followed by those of its standbys, separated by commas")
       .type_name("ADDRESS")
       .environment("PARRAY_COORDINATOR")
-      .show_default()
-      .group("Farm");
+      .show_default();
   line.option("--keys", a.keys,
               "Key of this worker (worker.key), or its directory, if the coordinator needs one")
       .type_name("FILE")
       .completes(Completes::files)
-      .environment("PARRAY_KEYS")
-      .group("Farm");
+      .environment("PARRAY_KEYS");
   line.number("--threads", a.threads, 1, 4096,
               "Number of threads (default: all available processors)")
       .group("Speed");
   line.option("--name", a.name, "Name shown by parray workers (default: host name and process)")
-      .type_name("NAME")
-      .group("Farm");
+      .type_name("NAME");
   line.number("--idle-exit", a.idle_exit, 0.0, 1e9,
               "Stop after so many seconds without work, connected or not; 0: never")
-      .show_default()
-      .group("Farm");
+      .show_default();
   line.option(
           "--sharing", a.sharing,
           "on: exchange scenes with other workers, through a port that the system chooses; off: "
           "get scenes only from the coordinator")
       .one_of({"on", "off"})
-      .show_default()
-      .group("Farm");
+      .show_default();
   a.log.add_to(line, "Lowest level of messages on stderr");
   line.example("parray-worker", "works for the coordinator of this machine with all processors");
   line.example("parray-worker --coordinator tcp://farm:7400 --keys worker.key",
@@ -151,7 +146,9 @@ int work(const Arguments& a) {
   const auto log = make_log("worker", a.log);
   std::optional<MemberKey> key;
   if (!a.keys.empty()) key = read_member_key(a.keys, "worker");
-  ZmqMesh link({a.coordinator, default_max_message_bytes, seconds(1), key, a.sharing == "on"});
+  const auto mesh =
+      open_mesh({a.coordinator, default_max_message_bytes, seconds(1), key, a.sharing == "on"});
+  ZmqMesh& link = *mesh;
   const auto wake = [&link] { link.wake(); };
   ThreadTeam team(a.threads, wake);
   WorkerOptions options;

@@ -24,9 +24,8 @@ void MessageSource::receive(Time now, const PeerId& from, const Envelope& conten
 
 LeaseSource::Taken MessageSource::take(Time /*now*/, double /*samples_per_second*/, bool /*idle*/) {
   if (waiting_.empty()) return {};
-  const auto scene = std::find_if(scenes_.begin(), scenes_.end(), [&](const KnownScene& known) {
-    return known.id == waiting_.front().scene;
-  });
+  const auto scene = std::ranges::find_if(
+      scenes_, [&](const KnownScene& known) { return known.id == waiting_.front().scene; });
   if (scene == scenes_.end()) {
     return {};  // tick() fetches it
   }
@@ -76,8 +75,8 @@ Time MessageSource::tick(Time now, const TeamState& team) {
 /// Fetches the scenes of waiting leases, one after the other. Returns the time when it is due
 /// again.
 Time MessageSource::fetch_scenes(Time now) {
-  const auto next = std::find_if(waiting_.begin(), waiting_.end(),
-                                 [&](const msg::Grant& grant) { return !knows(grant.scene); });
+  const auto next =
+      std::ranges::find_if(waiting_, [&](const msg::Grant& grant) { return !knows(grant.scene); });
   exchange_.want(next == waiting_.end() ? std::string() : next->scene);
   Time due = exchange_.tick(now);
   while (auto opened = exchange_.take_opened()) {
@@ -102,8 +101,7 @@ void MessageSource::fail_waiting(Time now, const std::string& scene, const std::
 }
 
 bool MessageSource::knows(const std::string& scene) const {
-  return std::any_of(scenes_.begin(), scenes_.end(),
-                     [&](const KnownScene& known) { return known.id == scene; });
+  return std::ranges::any_of(scenes_, [&](const KnownScene& known) { return known.id == scene; });
 }
 
 /// Sends due results and failures again. Returns the time when the next one is due.
@@ -159,10 +157,6 @@ void MessageSource::on(Time /*now*/, msg::Refuse& m) {
 
 void MessageSource::on(Time /*now*/, msg::HeartbeatAck& /*m*/) {}
 
-void MessageSource::on(Time now, msg::Identify& /*m*/) { on_forgotten(now); }
-
-void MessageSource::on(Time now, msg::Bye& /*m*/) { on_forgotten(now); }
-
 /// The message itself escapes and cuts the lines, and keeps only the last ones.
 void MessageSource::on(Time /*now*/, msg::ShowLog& m) {
   send(msg::Log{m.request,
@@ -192,8 +186,8 @@ void MessageSource::on(Time /*now*/, msg::Revoke& m) {
 
 bool MessageSource::holds(const LeaseKey& lease) const {
   return tracing_ == lease || unacknowledged_.contains(lease) ||
-         std::any_of(waiting_.begin(), waiting_.end(),
-                     [&](const msg::Grant& grant) { return key_of(grant) == lease; });
+         std::ranges::any_of(waiting_,
+                             [&](const msg::Grant& grant) { return key_of(grant) == lease; });
 }
 
 void MessageSource::send_heartbeat(Time now, const TeamState& team) {

@@ -90,11 +90,11 @@ class MessageSource final : public LeaseSource {
   void on(Time now, msg::Welcome& m);
   void on(Time now, msg::Refuse& m);
   void on(Time now, msg::HeartbeatAck& m);
-  void on(Time now, msg::Identify& m);
+  void on(Time now, msg::Identify& /*m*/) { on_forgotten(now); }
   void on(Time now, msg::Grant& m);
   void on(Time now, msg::ResultVerdict& m);
   void on(Time now, msg::Revoke& m);
-  void on(Time now, msg::Bye& m);
+  void on(Time now, msg::Bye& /*m*/) { on_forgotten(now); }
   void on(Time now, msg::ShowLog& m);
   template <typename Other>
   void on(Time /*now*/, Other& /*m*/) {}  // ignores messages that are not for workers

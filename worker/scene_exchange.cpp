@@ -47,8 +47,8 @@ bool SceneExchange::is_source(const PeerId& from, const std::string& scene) cons
 }
 
 SceneExchange::Holding* SceneExchange::holding_of(const std::string& scene) {
-  const auto found = std::find_if(holdings_.begin(), holdings_.end(),
-                                  [&](const Holding& h) { return h.content.id == scene; });
+  const auto found =
+      std::ranges::find_if(holdings_, [&](const Holding& h) { return h.content.id == scene; });
   return found == holdings_.end() ? nullptr : &*found;
 }
 
@@ -60,7 +60,7 @@ SceneExchange::Holding& SceneExchange::hold(Time now, const std::string& scene,
   }
   drop(scene);
   if (holdings_.size() >= holdings_kept) {
-    drop(std::min_element(holdings_.begin(), holdings_.end(), [](const auto& a, const auto& b) {
+    drop(std::ranges::min_element(holdings_, [](const auto& a, const auto& b) {
            return a.used < b.used;
          })->content.id);
   }
@@ -164,7 +164,7 @@ void SceneExchange::on(Time now, const PeerId& from, msg::NeedChunk& m) {
     return;
   }
   if (holding != nullptr && m.chunk >= holding->content.pieces.size()) return;
-  const bool known = std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& w) {
+  const bool known = std::ranges::any_of(waiting_, [&](const Waiting& w) {
     return w.peer == from && w.chunk == m.chunk && w.scene == m.scene;
   });
   if (!known) waiting_.push_back({from, m.scene, m.chunk});

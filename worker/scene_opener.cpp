@@ -70,8 +70,6 @@ void SceneOpener::start(ScenePieces packed) {
   }
 }
 
-bool SceneOpener::idle() const { return thread_ ? thread_->idle() : !opened_; }
-
 std::optional<OpenedScene> SceneOpener::take() {
   return thread_ ? thread_->take() : std::exchange(opened_, std::nullopt);
 }

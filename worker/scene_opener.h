@@ -48,7 +48,7 @@ class SceneOpener {
 
   /// Begins to open a scene. Call it only when idle.
   void start(ScenePieces packed);
-  [[nodiscard]] bool idle() const;
+  [[nodiscard]] bool idle() const { return thread_ ? thread_->idle() : !opened_; }
   /// Returns the opened scene, once.
   std::optional<OpenedScene> take();
 

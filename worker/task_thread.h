@@ -34,8 +34,7 @@ class TaskThread {
     changed_.notify_all();
     thread_.join();
   }
-  TaskThread(const TaskThread&) = delete;
-  TaskThread& operator=(const TaskThread&) = delete;
+  TaskThread& operator=(TaskThread&&) = delete;
 
   /// Begins a task. Call it only when idle.
   void start(Task task) {

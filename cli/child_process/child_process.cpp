@@ -16,8 +16,7 @@ class Child {
   ~Child() {
     if (!ended_) end_group();
   }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
+  Child& operator=(Child&&) = delete;
 
   /// Returns how the child has ended, or nothing if it still runs after `limit`. `interruptible`:
   /// throws Interrupted after a signal.

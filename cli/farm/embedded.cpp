@@ -66,8 +66,7 @@ class WatchedThread {
     }
   }
   ~WatchedThread() { thread_.join(); }
-  WatchedThread(const WatchedThread&) = delete;
-  WatchedThread& operator=(const WatchedThread&) = delete;
+  WatchedThread& operator=(WatchedThread&&) = delete;
 
   [[nodiscard]] bool ended_within(Time patience) const {
     return ended_.wait_for(patience) == std::future_status::ready;
@@ -93,8 +92,7 @@ class EmbeddedFarm::Impl {
     }
   }
   ~Impl() { request_stop(); }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+  Impl& operator=(Impl&&) = delete;
 
   std::unique_ptr<Link> connect() { return hub_.connect(); }
   [[nodiscard]] std::shared_ptr<AcceleratorCache> accelerators() const { return accelerators_; }

@@ -21,8 +21,7 @@ class EmbeddedFarm {
                         std::function<PictureJudge(const std::string&)> judge_of = {});
   /// Stops the farm. Waits for threads in the middle of a step.
   ~EmbeddedFarm();
-  EmbeddedFarm(const EmbeddedFarm&) = delete;
-  EmbeddedFarm& operator=(const EmbeddedFarm&) = delete;
+  EmbeddedFarm& operator=(EmbeddedFarm&&) = delete;
 
   /// Returns a client's end of a link. It must not outlive the farm.
   std::unique_ptr<Link> connect();

@@ -22,8 +22,7 @@ class CheckpointedJob {
   /// or RunError as DiskStore does, and RunError if the saved job is damaged.
   CheckpointedJob(Submission submission, std::uint32_t tile, std::filesystem::path directory,
                   bool named);
-  CheckpointedJob(const CheckpointedJob&) = delete;
-  CheckpointedJob& operator=(const CheckpointedJob&) = delete;
+  CheckpointedJob& operator=(CheckpointedJob&&) = delete;
 
   [[nodiscard]] JobRun& run() { return *run_; }
   [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }

@@ -18,8 +18,7 @@ class MpiWorld {
   /// Collective. Throws RunError if MPI does not start or does not support threads.
   MpiWorld();
   ~MpiWorld();
-  MpiWorld(const MpiWorld&) = delete;
-  MpiWorld& operator=(const MpiWorld&) = delete;
+  MpiWorld& operator=(MpiWorld&&) = delete;
 
   [[nodiscard]] std::uint32_t rank() const { return rank_; }
   [[nodiscard]] std::uint32_t ranks() const { return ranks_; }

@@ -24,8 +24,7 @@ class Transport {
         ledger_ranks_(ledger_ranks),
         by_messages_(!alone_ && by_messages) {}
   ~Transport() { static_cast<void>(mpi_window_.release()); }
-  Transport(const Transport&) = delete;
-  Transport& operator=(const Transport&) = delete;
+  Transport& operator=(Transport&&) = delete;
 
   /// Provides zeroed memory for a pass, as WindowLayout needs it. Reuses the memory of the previous
   /// pass if it is large enough; no rank may still use it. Collective, unless rank 0 is alone. If

@@ -26,8 +26,7 @@ class Watchdog {
     changed_.notify_all();
     thread_.join();
   }
-  Watchdog(const Watchdog&) = delete;
-  Watchdog& operator=(const Watchdog&) = delete;
+  Watchdog& operator=(Watchdog&&) = delete;
 
   /// Tells the watchdog that the main thread does not hang. Thread-safe.
   void reset() {

@@ -112,8 +112,7 @@ class Connection {
     for (const addrinfo* at = found; at != nullptr && !open(); at = at->ai_next) connect(*at);
   }
   ~Connection() { close(); }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
+  Connection& operator=(Connection&&) = delete;
 
   [[nodiscard]] bool open() const { return socket_ >= 0; }
   [[nodiscard]] const std::string& reason() const { return reason_; }

@@ -25,8 +25,7 @@ class Display {
   static void check(const std::string& address);
   /// Aborts the transfer.
   ~Display();
-  Display(const Display&) = delete;
-  Display& operator=(const Display&) = delete;
+  Display& operator=(Display&&) = delete;
 
   /// Shows `image` under `name` after the previous picture was sent. Replaces a picture that still
   /// waits. Sizes may differ. Returns at once.

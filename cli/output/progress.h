@@ -45,8 +45,7 @@ class Progress {
   Progress(ProgressStyle style, std::ostream& out, std::function<std::size_t()> columns);
   /// Ends the line of a bar.
   ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
+  Progress& operator=(Progress&&) = delete;
 
   /// Records the state of a job. Shows it if it is time, and always when the job has ended.
   void show(Time now, const JobStatus& reported);

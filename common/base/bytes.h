@@ -18,15 +18,18 @@ namespace parray::base {
 static_assert(std::endian::native == std::endian::little,
               "encodings are little-endian; a big-endian machine needs byte swaps here");
 
+template <typename T>
+concept PlainNumber = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+
 /// Appends numbers to a byte string, little-endian, without padding.
 class ByteWriter {
  public:
-  template <typename T>
-  requires std::is_arithmetic_v<T>
+  template <PlainNumber T>
   void put(T value) {
     const auto raw = std::bit_cast<std::array<char, sizeof(T)>>(value);
     bytes_.append(raw.data(), raw.size());
   }
+  void numbers(const auto&... values) { (put(values), ...); }
   void put_bytes(std::string_view bytes) { bytes_.append(bytes); }
   void reserve(std::size_t size) { bytes_.reserve(size); }
   /// Returns everything written. Must be the last call.
@@ -54,11 +57,16 @@ class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
 
-  template <typename T>
-  requires std::is_arithmetic_v<T> T get() {
+  template <PlainNumber T>
+  T get() {
+    if constexpr (std::is_same_v<T, bool>) return get<std::uint8_t>() != 0;
     std::array<char, sizeof(T)> raw{};
     std::memcpy(raw.data(), get_bytes(sizeof(T)).data(), sizeof(T));
     return std::bit_cast<T>(raw);
+  }
+  /// Reads what ByteWriter::numbers() wrote. Does not check that the number of an enum is known.
+  void numbers(auto&... values) {
+    ((values = get<std::remove_reference_t<decltype(values)>>()), ...);
   }
 
   std::string_view get_bytes(std::size_t size) {

@@ -1,7 +1,9 @@
 #include "common/base/files.h"
 
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 
 namespace parray::base {
 
@@ -18,6 +20,16 @@ bool write_file(const std::filesystem::path& path, std::string_view bytes) {
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();
   return out.good();
+}
+
+std::filesystem::path make_directory(const std::filesystem::path& start) {
+  std::string name = start.string() + "XXXXXX";
+  return mkdtemp(name.data()) == nullptr ? "" : name;
+}
+
+OwnedPath::~OwnedPath() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace parray::base

@@ -15,8 +15,7 @@ class Sha256 {
  public:
   Sha256();
   ~Sha256();
-  Sha256(const Sha256&) = delete;
-  Sha256& operator=(const Sha256&) = delete;
+  Sha256& operator=(Sha256&&) = delete;
 
   void add(std::span<const std::byte> bytes);
   /// Returns the hash as 64 lower-case hexadecimal digits. No other call may follow.

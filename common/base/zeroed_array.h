@@ -4,7 +4,6 @@
 #include <memory>
 #include <span>
 #include <type_traits>
-#include <utility>
 
 #include "common/rooms.h"
 

@@ -54,8 +54,7 @@ class FloatMode {
  public:
   FloatMode() : before_(float_control::read()) { float_control::write(float_control::ieee); }
   ~FloatMode() { float_control::write(before_); }
-  FloatMode(const FloatMode&) = delete;
-  FloatMode& operator=(const FloatMode&) = delete;
+  FloatMode& operator=(FloatMode&&) = delete;
 
  private:
   unsigned before_;

@@ -60,8 +60,7 @@ class SpawnPlan {
     posix_spawn_file_actions_destroy(&files_);
     posix_spawnattr_destroy(&attributes_);
   }
-  SpawnPlan(const SpawnPlan&) = delete;
-  SpawnPlan& operator=(const SpawnPlan&) = delete;
+  SpawnPlan& operator=(SpawnPlan&&) = delete;
 
   pid_t spawn(std::vector<std::string>& arguments, std::vector<std::string>& environment) const {
     pid_t child = 0;

@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -176,7 +175,15 @@ Option Command::added(CLI::Option* option, const std::string& names, const std::
   text.value = text.is_argument() ? names : value;
   text.text = description;
   text_->options.push_back(std::move(text));
-  return {option, &text_->options.back()};
+  Option made(option, &text_->options.back());
+  if (!section_.empty()) made.group(section_);
+  if (section_needs_) made.needs(*section_needs_);
+  return made;
+}
+
+void Command::section(const std::string& heading, std::optional<Option> required) {
+  section_ = heading;
+  section_needs_ = required;
 }
 
 Option Command::option(const std::string& names, std::string& target,
@@ -286,8 +293,6 @@ void CommandLine::version(const std::string& text) {
   added(root_->set_version_flag("--version", text), "--version", "", "Print the version")
       .group("Help");
 }
-
-void CommandLine::launcher(const std::string& words) { text_->launcher = words; }
 
 Command CommandLine::command(const std::string& name, const std::string& description) {
   CommandText text;

@@ -107,6 +107,9 @@ class Command {
   /// Makes an old option an error that names its replacement `now`, such as "--labels off".
   void renamed(const std::string& old, const std::string& now);
 
+  /// Sets the heading of the options that are declared later, and the option that they require.
+  void section(const std::string& heading, std::optional<Option> required = {});
+
   /// Adds a shell command that users can copy, and what it does. --describe, and with it the build,
   /// fails if the program does not understand the command.
   void example(const std::string& command, const std::string& about);
@@ -128,6 +131,8 @@ class Command {
   CommandText* text_;
 
  private:
+  std::string section_;
+  std::optional<Option> section_needs_;
   using Values = std::shared_ptr<std::vector<std::string>>;
   /// The values with which the functions of options were called.
   std::shared_ptr<std::map<const CLI::Option*, Values>> called_with_ =
@@ -140,13 +145,12 @@ class CommandLine : public Command {
   /// `program`: the name in the usage and in messages.
   explicit CommandLine(const std::string& description = {}, const std::string& program = {});
   ~CommandLine();
-  CommandLine(const CommandLine&) = delete;
-  CommandLine& operator=(const CommandLine&) = delete;
+  CommandLine& operator=(CommandLine&&) = delete;
 
   /// Sets the text of --version.
   void version(const std::string& text);
   /// Sets the words before the program's name: "mpirun -n P ".
-  void launcher(const std::string& words);
+  void launcher(const std::string& words) { text_->launcher = words; }
   /// Sets the heading of commands that are declared later.
   void heading(const std::string& name) { heading_ = name; }
   /// Declares a command of the program. `description`: its line in the help.

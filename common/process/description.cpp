@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/base/text.h"
+
 namespace parray::process {
 namespace {
 
@@ -18,9 +20,7 @@ std::vector<std::string> headings_of(const auto& entries) {
 }  // namespace
 
 std::string OptionText::shown() const {
-  std::string left;
-  for (const std::string& name : names) left += (left.empty() ? "" : ", ") + name;
-  return left + (names.empty() || value.empty() ? "" : " ") + value;
+  return joined(names, ", ") + (names.empty() || value.empty() ? "" : " ") + value;
 }
 
 std::string CommandText::usage(bool has_commands) const {

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <sstream>
-#include <string_view>
-#include <system_error>
 
 #include "common/base/text.h"
 

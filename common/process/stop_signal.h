@@ -35,8 +35,7 @@ class DeferredInterrupts {
  public:
   DeferredInterrupts();
   ~DeferredInterrupts();
-  DeferredInterrupts(const DeferredInterrupts&) = delete;
-  DeferredInterrupts& operator=(const DeferredInterrupts&) = delete;
+  DeferredInterrupts& operator=(DeferredInterrupts&&) = delete;
 };
 
 /// Returns whether one of the signals above has arrived since the program began. Thread-safe.

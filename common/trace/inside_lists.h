@@ -14,10 +14,8 @@ class InsideLists {
  public:
   static constexpr std::uint32_t none = no_shape;
 
-  InsideLists() = default;
   ~InsideLists();
-  InsideLists(const InsideLists&) = delete;
-  InsideLists& operator=(const InsideLists&) = delete;
+  InsideLists& operator=(InsideLists&&) = delete;
 
   /// Empties all lists.
   PARRAY_INLINE void clear() {

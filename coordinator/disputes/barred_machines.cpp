@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/disputes/merged.h"
 #include "coordinator/jobs/job_book.h"
@@ -50,9 +51,7 @@ void DisputeDesk::keep_worker_notes() {
                       {"quarantines", quarantines_.to_json()},
                       {"convictions", fault_findings_.to_json()}};
   farm_.for_log("storing the note of workers")
-      .give([store = farm_.store,
-             text = notes.dump(-1, ' ', false,
-                               json::error_handler_t::replace)]() -> JobThread::Completion {
+      .give([store = farm_.store, text = json_text(notes)]() -> JobThread::Completion {
         store->put_note("workers", text);
         return {};
       });
@@ -147,11 +146,10 @@ void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
     retracted->flag = run->record().flag;
     retracted->state = run->state();
     return {[this, retracted, id, generation] {
-              if (Job* there = farm_.job_at_work(id, generation)) {
-                note_retracted(*there, *retracted);
-              }
-            },
-            {}};
+      if (Job* there = farm_.job_at_work(id, generation)) {
+        note_retracted(*there, *retracted);
+      }
+    }};
   });
 }
 

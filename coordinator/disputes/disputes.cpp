@@ -254,15 +254,14 @@ void DisputeDesk::check_answer(RefereeDesk::Traced traced) {
       checked->fault = error.what();
     }
     return {[this, checked, id, generation] {
-              Job* there = farm_.job_at_work(id, generation);
-              if (there == nullptr) {
-                desk_.close(checked->number);
-                return;
-              }
-              --there->work->tasks;
-              note_checked_answer(*there, *checked);
-            },
-            {}};
+      Job* there = farm_.job_at_work(id, generation);
+      if (there == nullptr) {
+        desk_.close(checked->number);
+        return;
+      }
+      --there->work->tasks;
+      note_checked_answer(*there, *checked);
+    }};
   });
 }
 

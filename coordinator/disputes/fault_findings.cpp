@@ -8,6 +8,8 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FaultFinding, number, machine, worker)
+
 FaultFinding FaultFindings::add(std::uint64_t machine, std::string worker) {
   const std::uint64_t number = latest() + 1;
   std::erase_if(list_, [machine](const FaultFinding& c) { return c.machine == machine; });
@@ -20,22 +22,11 @@ std::vector<FaultFinding> FaultFindings::after(std::uint64_t number) const {
   return {std::ranges::upper_bound(list_, number, {}, &FaultFinding::number), list_.end()};
 }
 
-json FaultFindings::to_json() const {
-  json list = json::array();
-  for (const FaultFinding& finding : list_) {
-    list.push_back(
-        {{"number", finding.number}, {"machine", finding.machine}, {"worker", finding.worker}});
-  }
-  return list;
-}
+json FaultFindings::to_json() const { return list_; }
 
 FaultFindings FaultFindings::from_json(const json& list) {
   FaultFindings fault_findings;
-  for (const json& entry : list) {
-    fault_findings.list_.push_back({entry.at("number").get<std::uint64_t>(),
-                                    entry.at("machine").get<std::uint64_t>(),
-                                    entry.at("worker").get<std::string>()});
-  }
+  list.get_to(fault_findings.list_);
   std::ranges::sort(fault_findings.list_, {}, &FaultFinding::number);
   return fault_findings;
 }

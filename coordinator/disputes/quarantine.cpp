@@ -7,6 +7,8 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Quarantine, machine, name, worker, host, reason, since, until)
+
 bool QuarantineLedger::add(Quarantine quarantine) {
   const bool by_address = kind_of(quarantine.machine) == MachineId::Kind::address;
   quarantine.until = by_address ? quarantine.since + address_seconds : 0;
@@ -45,29 +47,15 @@ std::vector<std::uint64_t> QuarantineLedger::expire(double now) {
 
 json QuarantineLedger::to_json() const {
   json list = json::array();
-  for (const auto& [machine, quarantine] : machines_) {
-    list.push_back({{"machine", machine},
-                    {"name", quarantine.name},
-                    {"worker", quarantine.worker},
-                    {"host", quarantine.host},
-                    {"reason", quarantine.reason},
-                    {"since", quarantine.since},
-                    {"until", quarantine.until}});
-  }
+  for (const auto& [machine, quarantine] : machines_) list.push_back(quarantine);
   return list;
 }
 
 QuarantineLedger QuarantineLedger::from_json(const json& list) {
   QuarantineLedger ledger;
-  for (const json& entry : list) {
-    Quarantine quarantine;
-    quarantine.machine = entry.at("machine").get<std::uint64_t>();
-    quarantine.name = entry.at("name").get<std::string>();
-    quarantine.worker = entry.at("worker").get<std::string>();
-    quarantine.host = entry.value("host", "");  // notes of earlier releases lack it
-    quarantine.reason = entry.at("reason").get<std::string>();
-    quarantine.since = entry.at("since").get<double>();
-    quarantine.until = entry.at("until").get<double>();
+  for (json entry : list) {
+    entry.emplace("host", "");  // notes of earlier releases lack it
+    auto quarantine = entry.get<Quarantine>();
     ledger.machines_[quarantine.machine] = std::move(quarantine);
   }
   return ledger;

@@ -34,9 +34,7 @@ class Referee {
     std::uint64_t memory = 0;  ///< bytes that the referee uses now; 0: unknown, or it has ended
   };
 
-  Referee() = default;
-  Referee(const Referee&) = delete;
-  Referee& operator=(const Referee&) = delete;
+  Referee& operator=(Referee&&) = delete;
   virtual ~Referee() = default;
 
   /// Asks a question. The previous question must be answered, or cancelled by forget().

@@ -65,8 +65,7 @@ class RefereeProcess::Child {
     end();
     close(socket_);
   }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
+  Child& operator=(Child&&) = delete;
 
   [[nodiscard]] int socket() const { return socket_; }
 

@@ -29,8 +29,7 @@ class RefereeProcess final : public Referee {
   };
   explicit RefereeProcess(Options options);
   ~RefereeProcess() override;
-  RefereeProcess(const RefereeProcess&) = delete;
-  RefereeProcess& operator=(const RefereeProcess&) = delete;
+  RefereeProcess& operator=(RefereeProcess&&) = delete;
 
   void ask(Question question) override;
   std::vector<Answer> take_answers() override;

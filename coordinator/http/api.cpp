@@ -1,7 +1,5 @@
 #include "coordinator/http/api.h"
 
-#include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
@@ -13,12 +11,6 @@ namespace {
 
 using nlohmann::json;
 using Arguments = std::vector<std::string>;
-
-constexpr JobId largest_job = (JobId{1} << 53) - 1;  // JavaScript rounds larger numbers
-
-std::string text_of(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
 
 JobId job_in(const Arguments& arguments) {
   return whole_number("id", arguments.at(0), 1, largest_job);
@@ -54,6 +46,12 @@ bool has_tag(const std::string& list, const std::string& etag) {
 
 }  // namespace
 
+auto Api::of_job(auto answer, auto... more) {
+  return [this, answer, more...](const Request& request, const Arguments& arguments) {
+    return (this->*answer)(request, job_in(arguments), more...);
+  };
+}
+
 void Api::add_to(Router& router) {
   add_jobs(router);
   add_job_lists(router);
@@ -83,31 +81,16 @@ void Api::add_to(Router& router) {
 }
 
 void Api::add_jobs(Router& router) {
-  router.add("POST", "/api/v1/jobs",
-             [this](const Request& request, const Arguments&) { return submit(request); });
-  router.add("POST", "/api/v1/plan",
-             [this](const Request& request, const Arguments&) { return plan(request); });
-  router.add("GET", "/api/v1/jobs/{id}",
-             [this](const Request& request, const Arguments& arguments) {
-               return show_job(request, job_in(arguments));
-             },
-             {"from_frame", "wait"});
-  router.add("DELETE", "/api/v1/jobs/{id}",
-             [this](const Request& request, const Arguments& arguments) {
-               return forget(request, job_in(arguments));
-             });
+  router.add("POST", "/api/v1/jobs", plain(&Api::submit));
+  router.add("POST", "/api/v1/plan", plain(&Api::plan));
+  router.add("GET", "/api/v1/jobs/{id}", of_job(&Api::show_job), {"from_frame", "wait"});
+  router.add("DELETE", "/api/v1/jobs/{id}", of_job(&Api::forget));
   using enum msg::JobAction;
   for (const msg::JobAction action : {pause, resume, cancel, requeue}) {
     const std::string name(job_action_names[static_cast<std::size_t>(action)]);
-    router.add("POST", "/api/v1/jobs/{id}/" + name,
-               [this, action](const Request& request, const Arguments& arguments) {
-                 return steer(request, job_in(arguments), action);
-               });
+    router.add("POST", "/api/v1/jobs/{id}/" + name, of_job(&Api::steer, action));
   }
-  router.add("PUT", "/api/v1/jobs/{id}/priority",
-             [this](const Request& request, const Arguments& arguments) {
-               return steer(request, job_in(arguments), prioritise);
-             });
+  router.add("PUT", "/api/v1/jobs/{id}/priority", of_job(&Api::steer, prioritise));
   router.add("GET", "/api/v1/jobs/{id}/events",
              [this](const Request& request, const Arguments& arguments) {
                const JobId job = job_in(arguments);
@@ -120,40 +103,18 @@ void Api::add_jobs(Router& router) {
 }
 
 void Api::add_pictures(Router& router) {
-  router.add("GET", "/api/v1/jobs/{id}/report",
-             [this](const Request& request, const Arguments& arguments) {
-               return report(request, job_in(arguments));
-             });
-  using enum PictureCache::Kind;
-  const std::array<std::pair<const char*, PictureCache::Kind>, 8> files = {
-      {{"image.png", png},
-       {"image.exr", exr},
-       {"pixels.f32", pixels},
-       {"error.png", error_png},
-       {"error.f32", error_pixels},
-       {"cost.f32", cost},
-       {"workers.u32", worker_numbers},
-       {"workers.json", worker_names}}};
-  for (const auto& [name, kind] : files) {
-    const std::vector<std::string_view> queries =
-        kind == png ? std::vector<std::string_view>{"width"} : std::vector<std::string_view>{};
-    router.add(
-        "GET", std::string("/api/v1/jobs/{id}/") + name,
-        [this, kind = kind](const Request& request, const Arguments& arguments) {
-          return picture(request, job_in(arguments), kind);
-        },
-        queries);
+  router.add("GET", "/api/v1/jobs/{id}/report", of_job(&Api::report));
+  for (const auto& [kind, name, type] : picture_files) {
+    std::vector<std::string_view> queries;
+    if (kind == PictureCache::Kind::png) queries = {"width"};
+    router.add("GET", std::string("/api/v1/jobs/{id}/") + name, of_job(&Api::picture, kind),
+               std::move(queries));
   }
-  router.add("GET", "/api/v1/jobs/{id}/frames.zip",
-             [this](const Request& request, const Arguments& arguments) {
-               return frames_zip(request, job_in(arguments));
-             });
+  router.add("GET", "/api/v1/jobs/{id}/frames.zip", of_job(&Api::frames_zip));
 }
 
 void Api::add_workers(Router& router) {
-  router.add("GET", "/api/v1/workers",
-             [this](const Request& request, const Arguments&) { return list_workers(request); },
-             {"limit", "offset"});
+  router.add("GET", "/api/v1/workers", plain(&Api::list_workers), {"limit", "offset"});
   for (const msg::WorkerAction action : {msg::WorkerAction::drain, msg::WorkerAction::readmit}) {
     const std::string name(worker_action_names[static_cast<std::size_t>(action)]);
     router.add("POST", "/api/v1/workers/{name}/" + name,
@@ -171,17 +132,14 @@ Reply Api::show_job(const Request& request, JobId job) {
   const auto show = [&] {
     return loop_.ask<msg::Job>(request.sender, msg::ShowJob{0, job, from}).job;
   };
-  try {
+  return with_status(409, 404, [&] {
     json shown = show();
     if (patience > Time(0) && !has_ended(shown)) {
       events_.await_end(job, owner_of(request), patience);
       shown = show();
     }
-    return json_reply(text_of(shown));
-  } catch (const Problem& problem) {
-    if (problem.status() != 409) throw;
-    throw Problem(404, problem.what(), problem.exit_status());
-  }
+    return json_reply(shown);
+  });
 }
 
 /// Throws `problem` again. Replaces status 409 with 404 if the job does not exist, or with 403 if
@@ -204,7 +162,7 @@ Reply Api::steer(const Request& request, JobId job, msg::JobAction action) {
   try {
     const auto answer =
         loop_.ask<msg::Job>(request.sender, msg::SteerJob{0, job, action, priority});
-    return json_reply(text_of(answer.job));
+    return json_reply(answer.job);
   } catch (const Problem& problem) {
     fail_precisely(loop_, request.sender, job, problem);
   }
@@ -222,7 +180,7 @@ Reply Api::report(const Request& request, JobId job) {
   try {
     const auto answer =
         loop_.ask<msg::ImageData>(request.sender, msg::Fetch{0, job, false, false, false});
-    return json_reply(text_of(answer.report));
+    return json_reply(answer.report);
   } catch (const Problem& problem) {
     fail_precisely(loop_, {}, job, problem);
   }
@@ -237,11 +195,7 @@ Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
     fail_precisely(loop_, {}, job, problem);
   }
   Reply reply;
-  using enum PictureCache::Kind;
-  reply.type = kind == exr                        ? "image/x-exr"
-               : kind == worker_names             ? "application/json"
-               : kind == png || kind == error_png ? "image/png"
-                                                  : "application/octet-stream";
+  reply.type = file_of(kind).type;
   reply.headers = {{"ETag", picture.etag},
                    {"Cache-Control", "no-cache"},
                    {"Parray-Width", std::to_string(picture.width)},
@@ -259,7 +213,7 @@ Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
 }
 
 static Reply workers_reply(const msg::Workers& answer) {
-  return json_reply(text_of({{"workers", answer.workers}, {"total", answer.total}}));
+  return json_reply({{"workers", answer.workers}, {"total", answer.total}});
 }
 
 Reply Api::list_workers(const Request& request) {
@@ -272,16 +226,11 @@ Reply Api::list_workers(const Request& request) {
 
 Reply Api::steer_workers(const Request& request, const std::string& name,
                          msg::WorkerAction action) {
-  if (name.size() > 128 || printable(name, 1000) != name) {
-    throw Problem(404, "'" + printable(name) + "' is not a worker name", 2);
-  }
-  try {
+  check_worker_name(name);
+  return with_status(409, 403, [&] {
     return workers_reply(loop_.ask<msg::Workers>(
         request.sender, msg::SteerWorkers{0, action, flag_in(request, "host"), name}));
-  } catch (const Problem& problem) {
-    if (problem.status() != 409) throw;
-    throw Problem(403, problem.what(), problem.exit_status());
-  }
+  });
 }
 
 }  // namespace parray::http

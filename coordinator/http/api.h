@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include "coordinator/http/events.h"
@@ -11,6 +10,12 @@
 #include "coordinator/http/webhooks.h"
 
 namespace parray::http {
+
+/// Largest number of a job in a request. JavaScript rounds larger numbers.
+inline constexpr JobId largest_job = (JobId{1} << 53) - 1;
+
+/// Throws Problem 404 if no worker can have this name.
+void check_worker_name(const std::string& name);
 
 /// Facts about the server, as GET /api/v1/server shows them.
 struct ApiFacts {
@@ -46,6 +51,14 @@ class Api {
   void add_pictures(Router& router);
   void add_workers(Router& router);
   void add_farm(Router& router);
+  /// Returns a handler that calls a member of this class with the request and `more`.
+  auto plain(auto answer, auto... more) {
+    return [this, answer, more...](const Request& request, const std::vector<std::string>&) {
+      return (this->*answer)(request, more...);
+    };
+  }
+  /// Returns a handler that passes also the number of the job, which the path contains.
+  auto of_job(auto answer, auto... more);
   Reply submit(const Request& request);
   Reply plan(const Request& request);
   JobId submit_job(const Request& request, Upload& upload, const std::string& series);

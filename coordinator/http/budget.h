@@ -16,8 +16,7 @@ class Budget {
  public:
   /// `most`: the limit in bytes.
   explicit Budget(std::uint64_t most) : most_(most) {}
-  Budget(const Budget&) = delete;
-  Budget& operator=(const Budget&) = delete;
+  Budget& operator=(Budget&&) = delete;
 
   /// Holds bytes of the budget during its lifetime. Made by hold().
   class Hold {
@@ -25,8 +24,6 @@ class Budget {
     ~Hold();
     Hold(Hold&& other) noexcept;
     Hold& operator=(Hold&&) = delete;
-    Hold(const Hold&) = delete;
-    Hold& operator=(const Hold&) = delete;
 
    private:
     friend Budget;

@@ -37,18 +37,13 @@ std::string last_line(const fs::path& file) {
 
 }  // namespace
 
-WorkDirectory::WorkDirectory(const fs::path& parent) {
-  std::string name = (parent / "request-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) {
+OwnedPath work_directory(const fs::path& parent) {
+  fs::path path = make_directory(parent / "request-");
+  if (path.empty()) {
     throw RunError("creating a directory in " + parent.string() +
                    " failed: " + std::generic_category().message(errno));
   }
-  path_ = name;
-}
-
-WorkDirectory::~WorkDirectory() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
+  return OwnedPath(std::move(path));
 }
 
 ChildRunner::ChildRunner() : program_(find_child()) {}

@@ -5,26 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "common/base/files.h"
 #include "common/process/child.h"
 #include "proto/clock.h"
 
 namespace parray::http {
 
-/// Creates a directory for one request, accessible to this user only. Deletes it with its content
-/// at the end of its life.
-class WorkDirectory {
- public:
-  /// Creates the directory in `parent`. Throws RunError.
-  explicit WorkDirectory(const std::filesystem::path& parent);
-  ~WorkDirectory();
-  WorkDirectory(const WorkDirectory&) = delete;
-  WorkDirectory& operator=(const WorkDirectory&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+/// Creates a directory for one request in `parent`, accessible to this user only. Throws RunError.
+OwnedPath work_directory(const std::filesystem::path& parent);
 
 /// Limits of a child process.
 struct ChildLimits {

@@ -24,8 +24,7 @@ class Connection {
   /// Takes over `socket`, which must be non-blocking. `address`: the IP address of the client.
   Connection(int socket, ConnectionId id, std::string address);
   ~Connection();
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
+  Connection& operator=(Connection&&) = delete;
 
   [[nodiscard]] int socket() const { return socket_; }
   [[nodiscard]] ConnectionId id() const { return id_; }

@@ -48,8 +48,7 @@ class ConnectionManager {
   ConnectionManager(int listener, SeatLimits limits, Callbacks callbacks);
   /// Closes all connections.
   ~ConnectionManager();
-  ConnectionManager(const ConnectionManager&) = delete;
-  ConnectionManager& operator=(const ConnectionManager&) = delete;
+  ConnectionManager& operator=(ConnectionManager&&) = delete;
 
   /// Starts the thread, which accepts connections from now on.
   void start();

@@ -14,7 +14,6 @@
 #include "common/base/printable.h"
 #include "common/base/text.h"
 #include "coordinator/http/chunk_decoder.h"
-#include "coordinator/http/connection.h"
 #include "coordinator/http/request_head.h"
 
 namespace parray::http {

@@ -14,8 +14,7 @@ class Conversation {
   /// `answer` returns the reply to a request. `answered` is called with the status of each answer.
   Conversation(std::function<Reply(const Request&)> answer, std::function<void(int)> answered);
   ~Conversation();
-  Conversation(const Conversation&) = delete;
-  Conversation& operator=(const Conversation&) = delete;
+  Conversation& operator=(Conversation&&) = delete;
 
   /// Answers the request whose head is at the beginning of the connection's input, and puts the
   /// answer into its output. Only a stream (BodyStream) is sent here, until it ends. Throws what

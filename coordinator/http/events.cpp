@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/base/json_text.h"
+
 namespace parray::http {
 namespace {
 
@@ -15,8 +17,7 @@ constexpr std::uint32_t newest = 50;        ///< jobs polled in any state, to no
 constexpr std::size_t most_queued = 20000;  ///< events that a slow listener may lag behind
 
 std::string event_text(const char* name, const json& data) {
-  return std::string("event: ") + name +
-         "\ndata: " + data.dump(-1, ' ', false, json::error_handler_t::replace) + "\n\n";
+  return std::string("event: ") + name + "\ndata: " + json_text(data) + "\n\n";
 }
 
 /// Rounds what changes all the time, so that a heartbeat alone causes no event.

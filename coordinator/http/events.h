@@ -2,7 +2,6 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -32,8 +31,7 @@ class Events {
   /// after a poll, unless a listener joins.
   Events(LoopClient& loop, std::size_t most_streams, Time between_polls = seconds(1));
   ~Events();
-  Events(const Events&) = delete;
-  Events& operator=(const Events&) = delete;
+  Events& operator=(Events&&) = delete;
 
   /// Returns a stream of all events, or of one job's events until that job has ended or is deleted.
   /// Throws Problem 503 if too many clients listen, or after stop().

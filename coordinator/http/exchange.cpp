@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "common/base/ascii.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "coordinator/http/seats.h"
 
 namespace parray::http {
@@ -68,10 +71,10 @@ Fields fields_of(const Reply& reply) {
   return fields;
 }
 
-Reply json_reply(const std::string& text, int status) {
+Reply json_reply(const nlohmann::json& content, int status) {
   Reply reply;
   reply.status = status;
-  reply.body = std::make_shared<const std::string>(text + "\n");
+  reply.body = std::make_shared<const std::string>(json_text(content) + "\n");
   return reply;
 }
 
@@ -88,7 +91,7 @@ Reply problem_reply(const Problem& problem) {
                         {"status", problem.status()},
                         {"detail", printable(problem.what(), 2000)}};
   if (problem.exit_status() != 0) map["exit_status"] = problem.exit_status();
-  Reply reply = json_reply(map.dump(), problem.status());
+  Reply reply = json_reply(map, problem.status());
   reply.type = "application/problem+json";
   reply.headers = problem.headers();
   return reply;
@@ -106,12 +109,9 @@ std::string read_text(const Request& request, std::size_t most) {
 }
 
 std::string media_type(const Request& request) {
-  std::string type = request.field("content-type");
+  std::string type = lower_case(request.field("content-type"));
   type.resize(std::min(type.find(';'), type.size()));
-  std::erase_if(type, [](char c) { return c == ' ' || c == '\t'; });
-  std::ranges::transform(type, type.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
+  std::erase_if(type, ascii::is_blank);
   return type;
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -94,6 +95,16 @@ struct Reply {
   std::shared_ptr<const FileBody> file{};  ///< replaces `body` if set
 };
 
+/// Calls `act` and returns its result. A Problem of the status `from` gets the status `to`.
+auto with_status(int from, int to, const auto& act) {
+  try {
+    return act();
+  } catch (const Problem& problem) {
+    if (problem.status() != from) throw;
+    throw Problem(to, problem.what(), problem.exit_status());
+  }
+}
+
 /// Returns the reason phrase of a status: "Not Found" for 404.
 std::string_view reason_of(int status);
 
@@ -101,7 +112,7 @@ std::string_view reason_of(int status);
 Fields fields_of(const Reply& reply);
 
 /// Return a reply with the given content. problem_reply() returns a document of RFC 9457.
-Reply json_reply(const std::string& text, int status = 200);
+Reply json_reply(const nlohmann::json& content, int status = 200);
 Reply text_reply(std::string text, const std::string& type = "text/plain; charset=utf-8");
 Reply problem_reply(const Problem& problem);
 

@@ -1,6 +1,5 @@
 // Answers requests about the farm, its workers and this server.
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "common/base/printable.h"
 #include "coordinator/http/api.h"
@@ -9,42 +8,32 @@
 namespace parray::http {
 namespace {
 
-using nlohmann::json;
-
-Reply map_reply(const json& map) {
-  return json_reply(map.dump(-1, ' ', false, json::error_handler_t::replace));
-}
-
 /// Sends a request about one worker. Throws Problem 404 if no worker of this name is connected.
 template <typename Answer, typename Asked>
 Answer ask_about_worker(LoopClient& loop, const Request& request, const std::string& name) {
-  if (name.empty() || name.size() > max_name || printable(name, max_name) != name) {
-    throw Problem(404, "'" + printable(name) + "' is not a worker name", 2);
-  }
-  try {
-    return loop.ask<Answer>(request.sender, Asked{0, name});
-  } catch (const Problem& problem) {
-    if (problem.status() != 409) throw;
-    throw Problem(404, problem.what(), problem.exit_status());
-  }
+  check_worker_name(name);
+  return with_status(409, 404, [&] { return loop.ask<Answer>(request.sender, Asked{0, name}); });
 }
 
 Reply worker_log(LoopClient& loop, const Request& request, const std::string& name) {
-  try {
-    return map_reply(
+  return with_status(500, 502, [&] {  // the worker does not answer
+    return json_reply(
         {{"lines", ask_about_worker<msg::Log, msg::ShowLog>(loop, request, name).lines}});
-  } catch (const Problem& problem) {
-    if (problem.status() != 500) throw;
-    throw Problem(502, problem.what(), problem.exit_status());  // the worker does not answer
-  }
+  });
 }
 
 }  // namespace
 
+void check_worker_name(const std::string& name) {
+  if (name.empty() || name.size() > max_name || printable(name, max_name) != name) {
+    throw Problem(404, "'" + printable(name) + "' is not a worker name", 2);
+  }
+}
+
 void Api::add_farm(Router& router) {
   using Arguments = std::vector<std::string>;
   const auto farm = [this](const Request& request, bool history) {
-    return map_reply(loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{0, history}).farm);
+    return json_reply(loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{0, history}).farm);
   };
   router.add("GET", "/api/v1/farm",
              [farm](const Request& request, const Arguments&) { return farm(request, false); });
@@ -52,32 +41,31 @@ void Api::add_farm(Router& router) {
              [farm](const Request& request, const Arguments&) { return farm(request, true); });
   router.add(
       "GET", "/api/v1/workers/{name}", [this](const Request& request, const Arguments& arguments) {
-        return map_reply(
+        return json_reply(
             ask_about_worker<msg::Worker, msg::ShowWorker>(loop_, request, arguments.at(0)).worker);
       });
   router.add("GET", "/api/v1/workers/{name}/log",
              [this](const Request& request, const Arguments& arguments) {
                return worker_log(loop_, request, arguments.at(0));
              });
-  router.add("GET", "/api/v1/server",
-             [this](const Request& request, const Arguments&) { return server(request); });
+  router.add("GET", "/api/v1/server", plain(&Api::server));
 }
 
 Reply Api::server(const Request& request) const {
   const Sender& sender = request.sender;
-  return map_reply({{"version", PARRAY_VERSION},
-                    {"user", sender.name},
-                    {"role", name_of(sender.role)},
-                    {"worker_address", facts_.worker_address},
-                    {"worker_command", "parray-worker --coordinator " + facts_.worker_address +
-                                           (facts_.keys ? " --keys worker.key" : "")},
-                    {"loopback", facts_.loopback},
-                    {"keys", facts_.keys},
-                    {"webhooks", facts_.webhooks},
-                    {"limits",
-                     {{"body_bytes", facts_.body_bytes},
-                      {"parts", facts_.parts},
-                      {"streams", facts_.streams}}}});
+  return json_reply({{"version", PARRAY_VERSION},
+                     {"user", sender.name},
+                     {"role", name_of(sender.role)},
+                     {"worker_address", facts_.worker_address},
+                     {"worker_command", "parray-worker --coordinator " + facts_.worker_address +
+                                            (facts_.keys ? " --keys worker.key" : "")},
+                     {"loopback", facts_.loopback},
+                     {"keys", facts_.keys},
+                     {"webhooks", facts_.webhooks},
+                     {"limits",
+                      {{"body_bytes", facts_.body_bytes},
+                       {"parts", facts_.parts},
+                       {"streams", facts_.streams}}}});
 }
 
 }  // namespace parray::http

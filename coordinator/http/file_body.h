@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <memory>
 #include <string_view>
 
 #include "coordinator/http/budget.h"
@@ -19,8 +18,7 @@ class FileBody {
   /// Throws RunError if the file cannot be opened.
   FileBody(const std::filesystem::path& file, Budget& disk);
   ~FileBody();
-  FileBody(const FileBody&) = delete;
-  FileBody& operator=(const FileBody&) = delete;
+  FileBody& operator=(FileBody&&) = delete;
 
   [[nodiscard]] int descriptor() const { return file_; }
   /// Returns the addresses of the mapped file. A pointer into this range stands for an offset in

@@ -1,9 +1,9 @@
 #include "coordinator/http/frames_zip.h"
 
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <system_error>
 
@@ -37,34 +37,18 @@ std::string read_part(const FileBody& file, std::uint64_t from) {
   return part;
 }
 
-std::uint32_t crc_of(const FileBody& file) {
-  std::uint32_t crc = 0;
+/// Returns the CRC-32 (ISO 3309) of the file.
+std::uint64_t crc_of(const FileBody& file) {
+  uLong crc = 0;
   for (std::uint64_t at = 0; at < file.bytes().size();) {
     const std::string part = read_part(file, at);
-    crc = crc_32(part, crc);
+    crc = crc32(crc, reinterpret_cast<const Bytef*>(part.data()), static_cast<uInt>(part.size()));
     at += part.size();
   }
   return crc;
 }
 
 }  // namespace
-
-std::uint32_t crc_32(std::string_view bytes, std::uint32_t before) {
-  static const std::array<std::uint32_t, 256> table = [] {
-    std::array<std::uint32_t, 256> made{};
-    for (std::uint32_t i = 0; i < made.size(); ++i) {
-      std::uint32_t rest = i;
-      for (int bit = 0; bit < 8; ++bit) rest = (rest >> 1U) ^ ((rest & 1U) * 0xEDB88320U);
-      made.at(i) = rest;
-    }
-    return made;
-  }();
-  std::uint32_t crc = ~before;
-  for (const char byte : bytes) {
-    crc = (crc >> 8U) ^ table[(crc ^ static_cast<unsigned char>(byte)) & 0xFFU];
-  }
-  return ~crc;
-}
 
 std::optional<std::string> ZipStream::next() {
   if (ended_) return {};
@@ -95,7 +79,7 @@ std::string ZipStream::begin_member() {
   sent_of_file_ = 0;
   const std::uint64_t size = file_->bytes().size();
   if (size >= most_32) throw RunError(member.name + " is larger than 4 GiB");
-  const std::uint32_t crc = crc_of(*file_);
+  const std::uint64_t crc = crc_of(*file_);
   const bool far = sent_ >= most_32;
   const std::string common = zip_record({{zip_64_version, 2},
                                          {utf_8_names, 2},

@@ -43,8 +43,4 @@ class ZipStream final : public BodyStream {
   bool ended_ = false;
 };
 
-/// Returns the CRC-32 (ISO 3309, as in zip and PNG) of a text that ends with `bytes`. `before`: the
-/// CRC of the part before `bytes`; 0: there is none.
-std::uint32_t crc_32(std::string_view bytes, std::uint32_t before = 0);
-
 }  // namespace parray::http

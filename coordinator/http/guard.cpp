@@ -33,11 +33,7 @@ bool changes_something(const Request& request) {
 /// section 11.1).
 std::string bearer_token(const std::string& field) {
   constexpr std::string_view scheme = "bearer ";
-  const bool bearer = field.size() > scheme.size() &&
-                      std::equal(scheme.begin(), scheme.end(), field.begin(), [](char a, char b) {
-                        return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b);
-                      });
-  if (!bearer) return "";
+  if (lower_case(std::string_view(field).substr(0, scheme.size())) != scheme) return "";
   return field.substr(std::min(field.find_first_not_of(' ', scheme.size()), field.size()));
 }
 

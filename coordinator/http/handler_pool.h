@@ -25,8 +25,7 @@ class HandlerPool {
   HandlerPool(std::size_t threads, std::size_t of_address, std::function<Handler()> make_handler)
       : most_(threads), make_handler_(std::move(make_handler)), turns_(of_address) {}
   ~HandlerPool() { stop(); }
-  HandlerPool(const HandlerPool&) = delete;
-  HandlerPool& operator=(const HandlerPool&) = delete;
+  HandlerPool& operator=(HandlerPool&&) = delete;
 
   /// Queues a connection with a request. Does nothing after stop(). Callable from any thread.
   void give(SharedConnection connection);

@@ -6,7 +6,6 @@
 #include <fstream>
 #include <new>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <thread>
 
 #include "common/base/error.h"
@@ -25,36 +24,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The directory for files of running requests: STATE/http/requests, or a temporary directory. Its
-/// content is deleted at the beginning and at the end.
-class RequestsDirectory {
- public:
-  explicit RequestsDirectory(const std::string& state) {
-    std::error_code error;
-    if (state.empty()) {
-      std::string name = (fs::temp_directory_path(error) / "parray-http-XXXXXX").string();
-      if (mkdtemp(name.data()) == nullptr) throw RunError("creating " + name + " failed");
-      path_ = name;
-      return;
-    }
-    path_ = fs::path(state) / "http" / "requests";
-    fs::remove_all(path_, error);
-    fs::create_directories(path_, error);
-    if (error) throw RunError("creating " + path_.string() + ": " + error.message());
-    fs::permissions(path_, fs::perms::owner_all, error);
+/// Returns the directory for files of running requests: STATE/http/requests, or a temporary one.
+/// Its content is deleted at the beginning and at the end.
+OwnedPath requests_directory(const std::string& state) {
+  std::error_code error;
+  if (state.empty()) {
+    const fs::path start = fs::temp_directory_path(error) / "parray-http-";
+    fs::path path = make_directory(start);
+    if (path.empty()) throw RunError("creating " + start.string() + "XXXXXX failed");
+    return OwnedPath(std::move(path));
   }
-  ~RequestsDirectory() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  RequestsDirectory(const RequestsDirectory&) = delete;
-  RequestsDirectory& operator=(const RequestsDirectory&) = delete;
-
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
+  fs::path path = fs::path(state) / "http" / "requests";
+  fs::remove_all(path, error);
+  fs::create_directories(path, error);
+  if (error) throw RunError("creating " + path.string() + ": " + error.message());
+  fs::permissions(path, fs::perms::owner_all, error);
+  return OwnedPath(std::move(path));
+}
 
 /// Permits only files of this server: no inline scripts or styles, nothing from other sites.
 constexpr const char* page_policy =
@@ -102,7 +88,7 @@ class HttpService::Impl {
  public:
   Impl(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log)
       : log_(std::move(log)),
-        directory_(options.state),
+        directory_(requests_directory(options.state)),
         guard_(options.keys, options.hosts),
         request_limit_(options.requests),
         loop_(hub),
@@ -159,8 +145,8 @@ class HttpService::Impl {
   /// Logs a warning if this kernel cannot confine child processes.
   void check_confinement() {
     try {
-      const WorkDirectory own(directory_.path());
-      const WorkDirectory foreign(directory_.path());
+      const OwnedPath own = work_directory(directory_.path());
+      const OwnedPath foreign = work_directory(directory_.path());
       const fs::path inside = own.path() / "inside";
       const fs::path outside = foreign.path() / "outside";
       fs::create_directory(inside);
@@ -261,7 +247,7 @@ class HttpService::Impl {
   }
 
   const std::shared_ptr<spdlog::logger> log_;
-  const RequestsDirectory directory_;
+  const OwnedPath directory_;
   Guard guard_;
   RequestLimit request_limit_;
   Router router_;

@@ -40,8 +40,7 @@ class HttpService {
   /// for unusable options, RunError if the address cannot be bound or a program is missing.
   HttpService(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log);
   ~HttpService();
-  HttpService(const HttpService&) = delete;
-  HttpService& operator=(const HttpService&) = delete;
+  HttpService& operator=(HttpService&&) = delete;
 
   /// Makes GET `path` return the result of `text`, with media type `type`. If there are keys, the
   /// request needs a token. To be called before start(). `text` must be callable from any thread.

@@ -22,10 +22,6 @@ constexpr std::array<std::string_view, 7> states = {"queued", "running", "paused
                                                     "done",   "failed",  "cancelled"};
 constexpr auto directions = std::span(job_order_names).subspan<1>();
 
-std::string list_json(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 [[noreturn]] void fail_word(const std::string& parameter, std::string_view word,
                             std::span<const std::string_view> known) {
   throw Problem(
@@ -72,7 +68,6 @@ struct Named {
 
 Named named_in(const Request& request, bool with_priority) {
   constexpr std::size_t most_bytes = std::size_t{1} << 15;
-  constexpr std::uint64_t largest_id = (std::uint64_t{1} << 53) - 1;
   const std::string form =
       with_priority ? R"({"ids": [3, 4], "priority": 70})" : R"({"ids": [3, 4]})";
   if (media_type(request) != "application/json") {
@@ -87,7 +82,7 @@ Named named_in(const Request& request, bool with_priority) {
   Named named;
   for (const json& value : body.at("ids")) {
     const auto id = whole_in(value);
-    if (!id || *id < 1 || *id > largest_id) {
+    if (!id || *id < 1 || *id > largest_job) {
       throw Problem(422, "ids: use only numbers of jobs, such as 3", 2);
     }
     if (named.ids.size() == msg::most_steered) {
@@ -124,28 +119,22 @@ json http_result(json result) {
 }  // namespace
 
 void Api::add_job_lists(Router& router) {
-  router.add("GET", "/api/v1/jobs",
-             [this](const Request& request, const std::vector<std::string>&) {
-               return list_jobs(request);
-             },
+  router.add("GET", "/api/v1/jobs", plain(&Api::list_jobs),
              {"limit", "before", "offset", "state", "user", "name", "sort", "order"});
   for (std::size_t i = 0; i < job_action_names.size(); ++i) {
     const auto action = static_cast<msg::JobAction>(i);
     const bool prioritise = action == msg::JobAction::prioritise;
     router.add("POST",
                "/api/v1/jobs/" + std::string(prioritise ? "priority" : job_action_names.at(i)),
-               [this, action](const Request& request, const std::vector<std::string>&) {
-                 return steer_many(request, action);
-               });
+               plain(&Api::steer_many, action));
   }
 }
 
 Reply Api::list_jobs(const Request& request) {
-  constexpr std::uint64_t largest_id = (std::uint64_t{1} << 53) - 1;
   msg::ListJobs asked;
   asked.limit =
       static_cast<std::uint32_t>(number_parameter(request, "limit", 1, msg::most_listed, 100));
-  asked.before = number_parameter(request, "before", 1, largest_id, 0);
+  asked.before = number_parameter(request, "before", 1, largest_job, 0);
   asked.offset =
       static_cast<std::uint32_t>(number_parameter(request, "offset", 0, 1'000'000'000, 0));
   asked.states = states_in(request);
@@ -159,8 +148,7 @@ Reply Api::list_jobs(const Request& request) {
   auto answer = loop_.ask<msg::Jobs>(request.sender, std::move(asked));
   const json next =
       by_id && answer.jobs.size() == limit ? json(answer.jobs.back().at("id")) : json();
-  return json_reply(
-      list_json({{"jobs", std::move(answer.jobs)}, {"next", next}, {"total", answer.total}}));
+  return json_reply({{"jobs", std::move(answer.jobs)}, {"next", next}, {"total", answer.total}});
 }
 
 Reply Api::steer_many(const Request& request, msg::JobAction action) {
@@ -173,7 +161,7 @@ Reply Api::steer_many(const Request& request, msg::JobAction action) {
     }
     results.push_back(http_result(std::move(result)));
   }
-  return json_reply(list_json({{"results", std::move(results)}}));
+  return json_reply({{"results", std::move(results)}});
 }
 
 }  // namespace parray::http

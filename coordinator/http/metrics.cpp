@@ -5,12 +5,13 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
+
+#include "coordinator/loop/descriptors.h"
 
 namespace parray::http {
 namespace {
@@ -69,16 +70,6 @@ double resident_bytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-double open_files() {
-  std::error_code error;
-  double count = 0;
-  for (std::filesystem::directory_iterator at("/proc/self/fd", error), end; !error && at != end;
-       at.increment(error)) {
-    ++count;
-  }
-  return count;
-}
-
 void add_process(Text& text) {
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
@@ -90,7 +81,7 @@ void add_process(Text& text) {
   text.single("process_resident_memory_bytes", "gauge", "Memory of the coordinator",
               resident_bytes());
   text.single("process_open_fds", "gauge", "Open files of the coordinator, including connections",
-              open_files());
+              static_cast<double>(descriptor_use().open));
   text.single("process_start_time_seconds", "gauge",
               "Start time of the coordinator in seconds since 1970", started());
 }

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <bit>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
+#include "common/base/json_text.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/jobs/work_map.h"
 #include "proto/settings_json.h"
@@ -40,20 +40,6 @@ bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::e
 void give_memory_back(std::uint64_t freed) {
   constexpr std::uint64_t little = std::uint64_t{8} << 20;
   if (freed >= little) malloc_trim(0);
-}
-
-const char* file_of(Kind kind) {
-  switch (kind) {
-    case Kind::png: return "image.png";
-    case Kind::exr: return "image.exr";
-    case Kind::error_png: return "error.png";
-    case Kind::error_pixels: return "error.f32";
-    case Kind::cost: return "cost.f32";
-    case Kind::worker_numbers: return "workers.u32";
-    case Kind::worker_names: return "workers.json";
-    case Kind::pixels: break;
-  }
-  return "pixels.f32";
 }
 
 /// Returns a text that is the same as long as the picture of a job does not change. Empty: it
@@ -187,7 +173,7 @@ PictureCache::File PictureCache::make(const Sender& sender, const Key& key, Step
   picture.etag = '"' +
                  (picture.partial ? std::to_string(job) + "-" + std::to_string(picture.samples)
                                   : data.report.value("image_sha256", "").substr(0, 32)) +
-                 (steps.denoise ? "-denoised-" : "-") + file_of(kind) +
+                 (steps.denoise ? "-denoised-" : "-") + file_of(kind).name +
                  (thumbnail_width > 0 ? "-" + std::to_string(thumbnail_width) : "") + '"';
   try {
     if (kind == Kind::pixels && !steps.denoise) {
@@ -209,11 +195,10 @@ PictureCache::File PictureCache::make_map(const Sender& sender, JobId job, Kind 
   picture.partial = data.job.at("state") != name_of(JobState::done);
   picture.samples = data.report.value("samples", std::uint64_t{0});
   const std::string_view journal = data.journal.verified();
-  picture.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind));
+  picture.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind).name);
   try {
     const WorkMap map = work_map(read_journal(journal), picture.width, picture.height);
-    const std::string names =
-        json{{"workers", map.workers}}.dump(-1, ' ', false, json::error_handler_t::replace);
+    const std::string names = json_text({{"workers", map.workers}});
     picture.file = keep(kind == Kind::cost             ? bytes_of(map.seconds)
                         : kind == Kind::worker_numbers ? bytes_of(map.tracer)
                                                        : std::string_view(names));
@@ -234,7 +219,7 @@ std::shared_ptr<const FileBody> PictureCache::keep(const fs::path& file) {
 }
 
 std::shared_ptr<const FileBody> PictureCache::keep(std::string_view bytes) {
-  const WorkDirectory directory(directory_);
+  const OwnedPath directory = work_directory(directory_);
   keep_file(directory.path() / "file", bytes);
   return keep(directory.path() / "file");
 }
@@ -251,12 +236,12 @@ void PictureCache::keep_scene(JobId job, const fs::path& files) {
 /// Makes the file in a child process, and puts it into `picture`.
 void PictureCache::make_file(File& picture, const msg::ImageData& data, const Key& key,
                              Steps steps) {
-  const WorkDirectory directory(directory_);
+  const OwnedPath directory = work_directory(directory_);
   const fs::path files = directory.path() / "picture";
   fs::create_directory(files);
   keep_file(files / "report", data.report.dump());
   keep_file(files / "pixels", data.picture.bytes(detail_of(data)).data.view());
-  const std::string name = file_of(key.kind);
+  const std::string name = file_of(key.kind).name;
   std::vector<std::string> words = {"picture", name, std::to_string(data.width),
                                     std::to_string(data.height)};
   const bool small = key.thumbnail_width > 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -118,5 +119,25 @@ class PictureCache {
   std::mutex mutex_;  // guards entries_
   std::map<Key, std::shared_ptr<Entry>> entries_;
 };
+
+/// A file of a job: its last part of the path, and its media type.
+struct PictureFile {
+  PictureCache::Kind kind;
+  const char* name;
+  const char* type;
+};
+/// In the order of PictureCache::Kind.
+inline constexpr std::array<PictureFile, 8> picture_files = {
+    {{PictureCache::Kind::png, "image.png", "image/png"},
+     {PictureCache::Kind::exr, "image.exr", "image/x-exr"},
+     {PictureCache::Kind::pixels, "pixels.f32", "application/octet-stream"},
+     {PictureCache::Kind::error_png, "error.png", "image/png"},
+     {PictureCache::Kind::error_pixels, "error.f32", "application/octet-stream"},
+     {PictureCache::Kind::cost, "cost.f32", "application/octet-stream"},
+     {PictureCache::Kind::worker_numbers, "workers.u32", "application/octet-stream"},
+     {PictureCache::Kind::worker_names, "workers.json", "application/json"}}};
+constexpr const PictureFile& file_of(PictureCache::Kind kind) {
+  return picture_files.at(static_cast<std::size_t>(kind));
+}
 
 }  // namespace parray::http

@@ -33,8 +33,7 @@ class Places {
    public:
     Entry(Places& places, const std::string& owner);
     ~Entry();
-    Entry(const Entry&) = delete;
-    Entry& operator=(const Entry&) = delete;
+    Entry& operator=(Entry&&) = delete;
 
    private:
     friend class Place;
@@ -47,8 +46,7 @@ class Places {
    public:
     explicit Place(const Entry& entry);
     ~Place();
-    Place(const Place&) = delete;
-    Place& operator=(const Place&) = delete;
+    Place& operator=(Place&&) = delete;
 
    private:
     Places& places_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/ascii.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 #include "coordinator/http/exchange.h"
@@ -113,8 +114,7 @@ void find_host(RequestHead& head) {
 bool is_token(std::string_view text) {
   constexpr std::string_view marks = "!#$%&'*+-.^_`|~";
   return !text.empty() && std::ranges::all_of(text, [&](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           marks.find(c) != std::string_view::npos;
+    return ascii::is_letter_or_digit(c) || marks.find(c) != std::string_view::npos;
   });
 }
 

@@ -21,12 +21,9 @@ struct DoneFrame {
 std::vector<DoneFrame> done_frames(LoopClient& loop, const Sender& sender, JobId series) {
   std::vector<DoneFrame> done;
   const auto listed = [&](std::uint32_t from) {
-    try {
+    return with_status(409, 404, [&] {
       return loop.ask<msg::Job>(sender, msg::ShowJob{0, series, from}).job;
-    } catch (const Problem& problem) {
-      if (problem.status() != 409) throw;
-      throw Problem(404, problem.what(), problem.exit_status());
-    }
+    });
   };
   for (std::uint32_t from = 0;;) {
     const json shown = listed(from);

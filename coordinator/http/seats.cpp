@@ -50,8 +50,6 @@ void Seats::begins_head(Time now, ConnectionId id) {
   seat.since = now;
 }
 
-void Seats::has_asked(ConnectionId id) { seats_.at(id).phase = Phase::asked; }
-
 void Seats::awaits_head(Time now, ConnectionId id) {
   Seat& seat = seats_.at(id);
   seat.phase = Phase::idle;

@@ -46,7 +46,7 @@ class Seats {
   void begins_head(Time now, ConnectionId id);
   /// Records that the request is ready to be answered. The connection has no deadline until
   /// awaits_head().
-  void has_asked(ConnectionId id);
+  void has_asked(ConnectionId id) { seats_.at(id).phase = Phase::asked; }
   /// Records that the request was answered and the next one is awaited.
   void awaits_head(Time now, ConnectionId id);
   /// Records that the last answer was sent. The connection is the first to make room.

@@ -1,15 +1,13 @@
 #include "coordinator/http/server.h"
 
 #include <exception>
+#include <memory>
 #include <utility>
 
 #include "common/base/error.h"
 #include "common/base/host_port.h"
 #include "common/base/printable.h"
-#include "coordinator/http/connection_manager.h"
 #include "coordinator/http/conversation.h"
-#include "coordinator/http/handler_pool.h"
-#include "coordinator/http/listener.h"
 
 namespace parray::http {
 namespace {
@@ -39,67 +37,43 @@ std::size_t three_quarters(std::size_t threads) { return threads - threads / 4; 
 
 }  // namespace
 
-class Server::Impl {
- public:
-  Impl(const std::string& address, const ServerLimits& limits, Callbacks callbacks)
-      : answer_(std::move(callbacks.answer)),
-        answered_(std::move(callbacks.answered)),
-        listener_(bind_address(address)),
-        address_(address_text({parse_address(address).host, listener_.port})),
-        manager_(listener_.socket, limits.seats,
-                 {std::move(callbacks.answer_early),
-                  [this](ConnectionManager::SharedConnection connection, const RequestHead& head) {
-                    HandlerPool& pool = pool_for(*connection, head);
-                    pool.give(std::move(connection));
-                  },
-                  std::move(callbacks.warn), answered_}),
-        requests_(limits.threads, limits.threads, [this] { return make_handler(); }),
-        bodies_(limits.bodies, three_quarters(limits.bodies), [this] { return make_handler(); }),
-        readiness_(2, 2, [this] { return make_handler(); }) {}
-
-  /// Cuts the connections first, so that handlers that wait for a connection end.
-  ~Impl() { manager_.stop(); }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
-
-  void start() { manager_.start(); }
-  [[nodiscard]] const std::string& address() const { return address_; }
-
- private:
-  HandlerPool& pool_for(const Connection& connection, const RequestHead& head) {
-    if (!connection.is_whole()) return bodies_;
-    return head.path() == "/readyz" ? readiness_ : requests_;
-  }
-
-  HandlerPool::Handler make_handler() {
-    const auto conversation = std::make_shared<Conversation>(answer_, answered_);
-    return [this, conversation](const HandlerPool::SharedConnection& connection) {
-      bool keep = false;
-      try {
-        keep = conversation->answer(*connection);
-        std::size_t ignored = 0;
-        connection->flush(ignored);  // the connection manager sends the rest
-      } catch (const std::exception&) {
-        connection->cut();  // memory is short, or a stream has failed
-      }
-      manager_.give_back(connection, keep);
-    };
-  }
-
-  const std::function<Reply(const Request&)> answer_;
-  const std::function<void(int)> answered_;
-  const Listener listener_;
-  const std::string address_;
-  ConnectionManager manager_;
-  HandlerPool requests_;
-  HandlerPool bodies_;
-  HandlerPool readiness_;
-};
-
 Server::Server(const std::string& address, const ServerLimits& limits, Callbacks callbacks)
-    : impl_(std::make_unique<Impl>(address, limits, std::move(callbacks))) {}
-Server::~Server() = default;
-void Server::start() { impl_->start(); }
-const std::string& Server::address() const { return impl_->address(); }
+    : answer_(std::move(callbacks.answer)),
+      answered_(std::move(callbacks.answered)),
+      listener_(bind_address(address)),
+      address_(address_text({parse_address(address).host, listener_.port})),
+      manager_(listener_.socket, limits.seats,
+               {std::move(callbacks.answer_early),
+                [this](ConnectionManager::SharedConnection connection, const RequestHead& head) {
+                  HandlerPool& pool = pool_for(*connection, head);
+                  pool.give(std::move(connection));
+                },
+                std::move(callbacks.warn), answered_}),
+      requests_(limits.threads, limits.threads, [this] { return make_handler(); }),
+      bodies_(limits.bodies, three_quarters(limits.bodies), [this] { return make_handler(); }),
+      readiness_(2, 2, [this] { return make_handler(); }) {}
+
+/// Cuts the connections first, so that handlers that wait for a connection end.
+Server::~Server() { manager_.stop(); }
+
+HandlerPool& Server::pool_for(const Connection& connection, const RequestHead& head) {
+  if (!connection.is_whole()) return bodies_;
+  return head.path() == "/readyz" ? readiness_ : requests_;
+}
+
+HandlerPool::Handler Server::make_handler() {
+  const auto conversation = std::make_shared<Conversation>(answer_, answered_);
+  return [this, conversation](const HandlerPool::SharedConnection& connection) {
+    bool keep = false;
+    try {
+      keep = conversation->answer(*connection);
+      std::size_t ignored = 0;
+      connection->flush(ignored);  // the connection manager sends the rest
+    } catch (const std::exception&) {
+      connection->cut();  // memory is short, or a stream has failed
+    }
+    manager_.give_back(connection, keep);
+  };
+}
 
 }  // namespace parray::http

@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 
+#include "coordinator/http/connection_manager.h"
 #include "coordinator/http/exchange.h"
+#include "coordinator/http/handler_pool.h"
+#include "coordinator/http/listener.h"
 #include "coordinator/http/request_head.h"
 #include "coordinator/http/seats.h"
 
@@ -44,17 +46,25 @@ class Server {
   Server(const std::string& address, const ServerLimits& limits, Callbacks callbacks);
   /// Cuts all connections and waits for handlers that are answering.
   ~Server();
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
+  Server& operator=(Server&&) = delete;
 
   /// Starts to read requests.
-  void start();
+  void start() { manager_.start(); }
   /// Returns the bound address as HOST:PORT.
-  [[nodiscard]] const std::string& address() const;
+  [[nodiscard]] const std::string& address() const { return address_; }
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  HandlerPool& pool_for(const Connection& connection, const RequestHead& head);
+  HandlerPool::Handler make_handler();
+
+  const std::function<Reply(const Request&)> answer_;
+  const std::function<void(int)> answered_;
+  const Listener listener_;
+  const std::string address_;
+  ConnectionManager manager_;
+  HandlerPool requests_;
+  HandlerPool bodies_;
+  HandlerPool readiness_;
 };
 
 }  // namespace parray::http

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "common/base/ascii.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "coordinator/http/api.h"
@@ -19,8 +20,7 @@ std::string idempotency_key(const Request& request) {
   constexpr std::size_t longest = 48;
   std::string key = request.field("idempotency-key");
   const bool plain = key.size() <= longest && std::ranges::all_of(key, [](char c) {
-                       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                              (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-';
+                       return ascii::is_letter_or_digit(c) || c == '_' || c == '.' || c == '-';
                      });
   if (!plain) {
     throw Problem(400, "Idempotency-Key: '" + printable(key) +
@@ -70,12 +70,9 @@ JobId Api::submit_job(const Request& request, Upload& upload, const std::string&
   upload.submit.token = token_of(idempotency_key(request), series, upload);
   upload.submit.user.clear();
   if (upload.submit.frames > 0) upload.submit.series = series;
-  try {
+  return with_status(409, 422, [&] {  // a limit, or the scene
     return loop_.ask<msg::Submitted>(request.sender, std::move(upload.submit)).job;
-  } catch (const Problem& problem) {
-    if (problem.status() != 409) throw;
-    throw Problem(422, problem.what(), problem.exit_status());  // a limit, or the scene
-  }
+  });
 }
 
 Reply Api::submit(const Request& request) {
@@ -114,7 +111,7 @@ Reply Api::submit(const Request& request) {
   if (!webhook.empty()) webhooks_.add(id, webhook);
   json answer = {{"id", id}};
   if (frames > 0) answer["frames"] = frames;
-  Reply reply = json_reply(answer.dump(), 201);
+  Reply reply = json_reply(answer, 201);
   reply.headers.emplace_back("Location", "/api/v1/jobs/" + std::to_string(id));
   return reply;
 }
@@ -124,7 +121,7 @@ Reply Api::plan(const Request& request) {
   const auto threads = farm.at("threads").get<std::size_t>();
   json answer = uploads_.forecast(request, threads);
   answer["queue_seconds"] = threads > 0 ? farm.at("seconds_left") : json();
-  return json_reply(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+  return json_reply(answer);
 }
 
 }  // namespace parray::http

@@ -8,11 +8,11 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <span>
 #include <type_traits>
 #include <utility>
 
+#include "common/base/ascii.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
 #include "common/base/printable.h"
@@ -72,7 +72,7 @@ std::string option_named(const std::string& name) {
   constexpr std::size_t longest = 40;
   const bool plain = !name.empty() && name.size() <= longest && name.front() != '_' &&
                      std::ranges::all_of(name, [](char c) {
-                       return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+                       return ascii::is_lower(c) || ascii::is_digit(c) || c == '_';
                      });
   if (!plain || std::ranges::count(of_programs, name) > 0) fail_option(name, "unknown option");
   if (name == "like") {
@@ -372,7 +372,7 @@ void UploadReader::with_parts(const Request& request, const Work& work) {
   }
   std::optional<Places::Entry> receiving;
   if (!request.is_whole) receiving.emplace(uploads_, owner_of(request));
-  const WorkDirectory directory(directory_);
+  const OwnedPath directory = work_directory(directory_);
   Received received{directory.path() / "parts", {}, {}, {}, {}};
   fs::create_directory(received.files);
   Parts parts(received.files, limits_);

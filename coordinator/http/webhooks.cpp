@@ -7,9 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/base/text.h"
+#include "coordinator/http/events.h"
 
 namespace parray::http {
 namespace {
@@ -167,14 +169,13 @@ bool Webhooks::deliver(JobId job, Hook& hook, Time now) {
     if (problem.status() != 409) throw;
     return true;  // the job was deleted
   }
-  const std::string state = shown.at("state");
-  if (state != "done" && state != "failed" && state != "cancelled") {
+  if (!has_ended(shown)) {
     hook.next_at = now + milliseconds(1500);
     return false;
   }
   const auto url = webhook_url(hook.url);
   const json body = {{"event", "job-ended"}, {"job", std::move(shown)}};
-  if (!url || post_(*url, body.dump(-1, ' ', false, json::error_handler_t::replace))) return true;
+  if (!url || post_(*url, json_text(body))) return true;
   Time pause = first_pause;
   for (unsigned i = 0; i < hook.tries; ++i) pause *= 5;
   hook.next_at = now + pause;

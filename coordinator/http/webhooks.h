@@ -45,8 +45,7 @@ class Webhooks {
   Webhooks(LoopClient& loop, std::vector<std::string> hosts, std::filesystem::path file,
            Post post = post_webhook);
   ~Webhooks();
-  Webhooks(const Webhooks&) = delete;
-  Webhooks& operator=(const Webhooks&) = delete;
+  Webhooks& operator=(Webhooks&&) = delete;
 
   /// Throws Problem 422 if `url` is invalid or its host is not permitted.
   void check(const std::string& url) const;

@@ -15,8 +15,8 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
   for (User& user : users_) known.emplace(user.name, std::move(user));
   users_.clear();
   for (auto& [name, entries] : by_user) {
-    std::stable_sort(entries.begin(), entries.end(),
-                     [](const Entry& a, const Entry& b) { return a.priority > b.priority; });
+    std::ranges::stable_sort(
+        entries, [](const Entry& a, const Entry& b) { return a.priority > b.priority; });
     const auto found = known.find(name);
     User user;
     user.name = name;
@@ -33,15 +33,13 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
     user.owed_starving =
         found == known.end() || user.starving == 0 ? 0 : found->second.owed_starving;
     for (const Entry& entry : entries) user.jobs.push_back(entry.id);
-    const auto shortest =
-        std::min_element(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-          return std::tuple(100 - a.priority, a.work_left) <
-                 std::tuple(100 - b.priority, b.work_left);
-        });
+    const auto shortest = std::ranges::min_element(entries, [](const Entry& a, const Entry& b) {
+      return std::tuple(100 - a.priority, a.work_left) < std::tuple(100 - b.priority, b.work_left);
+    });
     user.shortest = shortest->id;
     user.shortest_is_fresh = shortest->fresh;
     // A new user goes before users with the same total: none of its leases is being traced.
-    const auto place = std::find_if(users_.begin(), users_.end(), [&](const User& other) {
+    const auto place = std::ranges::find_if(users_, [&](const User& other) {
       return found == known.end() ? other.had >= user.had : other.had > user.had;
     });
     users_.insert(place, std::move(user));

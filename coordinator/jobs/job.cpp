@@ -7,7 +7,6 @@
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
 #include "coordinator/jobs/job_times.h"
-#include "coordinator/jobs/report.h"
 
 namespace parray::coordinator {
 

@@ -15,7 +15,6 @@
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/report.h"
-#include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
 
 namespace parray::coordinator {
@@ -180,11 +179,10 @@ void JobBook::prepare_pass(Job& job, const std::string& doing, const std::string
               "not enough memory " + purpose + ": render fewer pixels or free memory";
         }
         return {[this, prepared, id, generation] {
-                  if (Job* there = farm_.job_at_work(id, generation)) {
-                    trace_prepared(*there, *prepared);
-                  }
-                },
-                {}};
+          if (Job* there = farm_.job_at_work(id, generation)) {
+            trace_prepared(*there, *prepared);
+          }
+        }};
       });
 }
 
@@ -341,7 +339,7 @@ void JobBook::finish_job(Job& job) {
           if (Job* there = farm_.job_at_work(id, generation)) note_finished(*there, *finished);
         };
         const bool made = finished->full.empty() && finished->failure.empty();
-        return made ? JobThread::Completion{{}, outcome} : JobThread::Completion{outcome, {}};
+        return made ? JobThread::Completion{{}, outcome} : JobThread::Completion{outcome};
       });
 }
 

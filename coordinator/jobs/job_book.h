@@ -53,10 +53,10 @@ class JobBook {
   [[nodiscard]] nlohmann::json summary_of(Time now, const Job& job);
   /// What an unfinished job waits for.
   struct Wait {
-    std::string what;                 ///< a noun phrase, for people; empty: nothing
-    JobId job = 0;                    ///< the job or series that goes first; 0: none
-    std::uint32_t place = 0;          ///< in the queue, from 1; 0: not in it
-    std::optional<double> starts_in;  ///< estimated seconds until it begins
+    std::string what;                   ///< a noun phrase, for people; empty: nothing
+    JobId job = 0;                      ///< the job or series that goes first; 0: none
+    std::uint32_t place = 0;            ///< in the queue, from 1; 0: not in it
+    std::optional<double> starts_in{};  ///< estimated seconds until it begins
   };
   /// Returns what a job waits for. The estimates may be a second old.
   [[nodiscard]] Wait wait_of(const Job& job);

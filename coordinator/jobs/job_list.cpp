@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
 
+#include "common/base/ascii.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "coordinator/jobs/job_times.h"
 
 namespace parray::coordinator {
@@ -26,16 +27,9 @@ bool is_among(std::string_view names, std::string_view state) {
   return false;
 }
 
-char in_lower_case(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-std::string in_lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char c) { return in_lower_case(c); });
-  return text;
-}
-
 /// `part`: in lower case.
 bool contains(std::string_view text, std::string_view part) {
-  const auto same = [](char a, char b) { return in_lower_case(a) == b; };
+  const auto same = [](char a, char b) { return ascii::lower(a) == b; };
   // Not std::ranges::search: Clang 14 cannot compile its result, a subrange.
   return std::search(text.begin(), text.end(), part.begin(), part.end(), same) != text.end() ||
          part.empty();
@@ -71,7 +65,7 @@ class Row {
   }
   [[nodiscard]] std::string text(msg::JobSort sort) const {
     switch (sort) {
-      case msg::JobSort::name: return in_lower_case(record().name);
+      case msg::JobSort::name: return lower_case(record().name);
       case msg::JobSort::user: return record().user;
       case msg::JobSort::state: return std::string(state());
       default: return {};
@@ -121,7 +115,7 @@ void cut_page(std::vector<Sorted>& rows, const msg::ListJobs& request, JobList& 
 }  // namespace
 
 JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now) {
-  const std::string part = in_lower_case(request.name);
+  const std::string part = lower_case(request.name);
   const auto& listed = index.listed();
   const auto end = request.before == 0 ? listed.end() : listed.lower_bound(request.before);
   JobList list;

@@ -19,19 +19,11 @@ enum class EntryKind : std::uint32_t {
   wanted = 5
 };
 
-void put_range(ByteWriter& out, const CellRange& range) {
-  out.put(range.begin);
-  out.put(range.end);
-}
-
 std::string entry_of(EntryKind kind, std::uint32_t pass, TracerKey tracer, const CellRange& range,
                      std::string_view packed = {}) {
   ByteWriter out;
   out.reserve(32 + packed.size());
-  out.put(static_cast<std::uint32_t>(kind));
-  out.put(pass);
-  out.put(tracer);
-  put_range(out, range);
+  out.numbers(kind, pass, tracer, range.begin, range.end);
   out.put_bytes(packed);
   return out.take();
 }
@@ -116,22 +108,21 @@ std::string JobPicture::wanted_entry(const CellRange& range) const {
 
 std::string JobPicture::retraction_entry(const std::vector<CellRange>& cells) const {
   ByteWriter out;
-  out.put(static_cast<std::uint32_t>(EntryKind::retraction));
-  out.put(passes_->pass());
-  for (const CellRange& range : cells) put_range(out, range);
+  out.numbers(EntryKind::retraction, passes_->pass());
+  for (const CellRange& range : cells) out.numbers(range.begin, range.end);
   return out.take();
 }
 
 std::string JobPicture::journal_entry(const JournalEntry& entry) {
   ByteWriter out;
-  out.put(static_cast<std::uint32_t>(EntryKind::journal));
+  out.put(EntryKind::journal);
   out.put_bytes(journal_.add(entry));
   return out.take();
 }
 
 void JobPicture::replay(std::string_view entry) {
   ByteReader in(entry);
-  const auto kind = static_cast<EntryKind>(in.get<std::uint32_t>());
+  const auto kind = in.get<EntryKind>();
   if (kind == EntryKind::journal) {
     journal_.replay(in.get_bytes(in.left()));
     return;
@@ -143,8 +134,7 @@ void JobPicture::replay(std::string_view entry) {
   }
   const auto take_range = [&] {
     CellRange range;
-    range.begin = in.get<std::uint64_t>();
-    range.end = in.get<std::uint64_t>();
+    in.numbers(range.begin, range.end);
     if (range.begin >= range.end || range.end > plan()->cells()) {
       throw DecodeError("cells outside the work plan");
     }

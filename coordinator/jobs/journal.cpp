@@ -1,7 +1,5 @@
 #include "coordinator/jobs/journal.h"
 
-#include <algorithm>
-
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 
@@ -10,135 +8,81 @@ namespace {
 
 constexpr std::size_t longest_name = 1000;
 
-void put(ByteWriter& out, const CellRange& range) {
-  out.put(range.begin);
-  out.put(range.end);
+// Each entry's fields are described once for both directions: `f` is a ByteWriter or a ByteReader.
+// check() throws DecodeError for values that no journal has.
+
+/// Writes the number of elements. Reads it, and makes no more elements than the data can hold.
+template <typename Count>
+void count(ByteWriter& out, const auto& list, std::size_t /*element_bytes*/) {
+  out.put(static_cast<Count>(list.size()));
 }
-void put(ByteWriter& out, const JournalWorker& e) {
-  const std::string_view name = std::string_view(e.name).substr(0, longest_name);
-  out.put(e.tracer);
-  out.put(e.threads);
-  out.put(static_cast<std::uint32_t>(name.size()));
-  out.put_bytes(name);
-}
-void put(ByteWriter& out, const JournalPass& e) {
-  out.put(e.pass);
-  out.put(e.cells);
-  out.put(e.at);
-  out.put(e.grain.row_cells);
-  out.put(e.grain.piece_cells);
-  out.put(e.grain.cell_samples);
-}
-void put(ByteWriter& out, const JournalMerge& e) {
-  out.put(e.pass);
-  out.put(e.tracer);
-  out.put(e.epoch);
-  put(out, e.range);
-  out.put(e.samples);
-  out.put(e.granted);
-  out.put(e.arrived);
-  out.put(e.seconds);
-  out.put(e.digest);
-}
-void put(ByteWriter& out, const JournalRetraction& e) {
-  out.put(e.pass);
-  out.put(e.at);
-  out.put(std::uint64_t{e.cells.size()});
-  for (const CellRange& range : e.cells) put(out, range);
+template <typename Count>
+void count(ByteReader& in, auto& list, std::size_t element_bytes) {
+  const auto elements = in.get<Count>();
+  if (elements > in.left() / element_bytes) throw DecodeError("journal: data end early");
+  list.resize(elements);
 }
 
-void put(ByteWriter& out, const JournalGrid& e) {
-  const GridShape& shape = e.shape;
-  for (const std::uint32_t number :
-       {e.pass, shape.width, shape.height, static_cast<std::uint32_t>(shape.row_order),
-        shape.band_rows, shape.cell_pixels, shape.layer_samples, shape.piece_cells,
-        static_cast<std::uint32_t>(shape.stages.size())}) {
-    out.put(number);
-  }
-  for (const Stage& stage : shape.stages) {
-    for (const std::uint32_t number :
-         {stage.begin, stage.end, stage.lattice.x, stage.lattice.y, stage.lattice.step}) {
-      out.put(number);
-    }
-  }
+void short_name(ByteWriter& out, const std::string& name) {
+  const std::string_view start = std::string_view(name).substr(0, longest_name);
+  out.put(static_cast<std::uint32_t>(start.size()));
+  out.put_bytes(start);
 }
-
-CellRange get_range(ByteReader& in) {
-  CellRange range;
-  range.begin = in.get<std::uint64_t>();
-  range.end = in.get<std::uint64_t>();
-  if (range.begin >= range.end) throw DecodeError("journal: an empty range of cells");
-  return range;
-}
-void get(ByteReader& in, JournalWorker& e) {
-  e.tracer = in.get<TracerKey>();
-  e.threads = in.get<std::uint32_t>();
+void short_name(ByteReader& in, std::string& name) {
   const auto size = in.get<std::uint32_t>();
   if (size > longest_name) throw DecodeError("journal: a name is too long");
-  e.name = in.get_bytes(size);
+  name = in.get_bytes(size);
 }
-void get(ByteReader& in, JournalPass& e) {
-  e.pass = in.get<std::uint32_t>();
-  e.cells = in.get<std::uint64_t>();
-  e.at = in.get<double>();
+
+void fields(auto& f, JournalWorker& e) {
+  f.numbers(e.tracer, e.threads);
+  short_name(f, e.name);
+}
+void fields(auto& f, JournalPass& e) {
+  f.numbers(e.pass, e.cells, e.at, e.grain.row_cells, e.grain.piece_cells, e.grain.cell_samples);
   e.grain.cells = e.cells;
-  e.grain.row_cells = in.get<std::uint64_t>();
-  e.grain.piece_cells = in.get<std::uint32_t>();
-  e.grain.cell_samples = in.get<double>();
+}
+void fields(auto& f, JournalMerge& e) {
+  f.numbers(e.pass, e.tracer, e.epoch, e.range.begin, e.range.end, e.samples, e.granted, e.arrived,
+            e.seconds, e.digest);
+}
+void fields(auto& f, JournalRetraction& e) {
+  f.numbers(e.pass, e.at);
+  count<std::uint64_t>(f, e.cells, 2 * sizeof(std::uint64_t));
+  for (CellRange& range : e.cells) f.numbers(range.begin, range.end);
+}
+void fields(auto& f, JournalGrid& e) {
+  GridShape& s = e.shape;
+  auto row_order = static_cast<std::uint32_t>(s.row_order);
+  f.numbers(e.pass, s.width, s.height, row_order, s.band_rows, s.cell_pixels, s.layer_samples,
+            s.piece_cells);
+  if (row_order > static_cast<std::uint32_t>(RowOrder::interleaved)) {
+    throw DecodeError("journal: an unknown order of rows");
+  }
+  s.row_order = static_cast<RowOrder>(row_order);
+  count<std::uint32_t>(f, s.stages, 5 * sizeof(std::uint32_t));
+  for (Stage& stage : s.stages) {
+    f.numbers(stage.begin, stage.end, stage.lattice.x, stage.lattice.y, stage.lattice.step);
+  }
+}
+
+void check(const JournalWorker& /*e*/) {}
+void check(const JournalPass& e) {
   if (e.cells == 0 || e.grain.row_cells == 0 || e.grain.piece_cells == 0 ||
       !(e.grain.cell_samples > 0)) {
     throw DecodeError("journal: a pass without cells");
   }
 }
-void get(ByteReader& in, JournalMerge& e) {
-  e.pass = in.get<std::uint32_t>();
-  e.tracer = in.get<TracerKey>();
-  e.epoch = in.get<std::uint64_t>();
-  e.range = get_range(in);
-  e.samples = in.get<std::uint64_t>();
-  e.granted = in.get<double>();
-  e.arrived = in.get<double>();
-  e.seconds = in.get<double>();
-  e.digest = in.get<std::uint64_t>();
+void check(const CellRange& range) {
+  if (range.begin >= range.end) throw DecodeError("journal: an empty range of cells");
 }
-void get(ByteReader& in, JournalRetraction& e) {
-  e.pass = in.get<std::uint32_t>();
-  e.at = in.get<double>();
-  const auto count = in.get<std::uint64_t>();
-  if (count > in.left() / (2 * sizeof(std::uint64_t))) throw DecodeError("journal: data end early");
-  e.cells.resize(count);
-  std::generate(e.cells.begin(), e.cells.end(), [&] { return get_range(in); });
+void check(const JournalMerge& e) { check(e.range); }
+void check(const JournalRetraction& e) {
+  for (const CellRange& range : e.cells) check(range);
 }
-
-void get(ByteReader& in, JournalGrid& e) {
-  const auto number = [&in] { return in.get<std::uint32_t>(); };
-  GridShape& shape = e.shape;
-  e.pass = number();
-  shape.width = number();
-  shape.height = number();
-  const std::uint32_t row_order = number();
-  if (row_order > static_cast<std::uint32_t>(RowOrder::interleaved)) {
-    throw DecodeError("journal: an unknown order of rows");
-  }
-  shape.row_order = static_cast<RowOrder>(row_order);
-  shape.band_rows = number();
-  shape.cell_pixels = number();
-  shape.layer_samples = number();
-  shape.piece_cells = number();
-  const std::uint32_t stages = number();
-  if (stages > in.left() / (5 * sizeof(std::uint32_t))) {
-    throw DecodeError("journal: data end early");
-  }
-  shape.stages.clear();
-  for (std::uint32_t i = 0; i < stages; ++i) {
-    const std::uint32_t begin = number();
-    const std::uint32_t end = number();
-    const std::uint32_t x = number();
-    const std::uint32_t y = number();
-    shape.stages.emplace_back(begin, end, Lattice{x, y, number()});
-  }
+void check(const JournalGrid& e) {
   try {
-    const CellGrid checked(shape);
+    const CellGrid checked(e.shape);
   } catch (const InputError& error) {
     throw DecodeError(std::string("journal: ") + error.what());
   }
@@ -147,7 +91,8 @@ void get(ByteReader& in, JournalGrid& e) {
 template <typename Entry>
 JournalEntry get_as(ByteReader& in) {
   Entry entry;
-  get(in, entry);
+  fields(in, entry);
+  check(entry);
   return entry;
 }
 
@@ -168,7 +113,7 @@ JournalEntry get_entry(ByteReader& in) {
 std::string Journal::add(const JournalEntry& entry) {
   ByteWriter out;
   out.put(static_cast<std::uint32_t>(entry.index()));
-  std::visit([&](const auto& e) { put(out, e); }, entry);
+  std::visit([&](auto copy) { fields(out, copy); }, entry);  // fields() takes a mutable entry
   std::string bytes = out.take();
   note(entry);
   bytes_ += bytes;

@@ -1,7 +1,6 @@
 #include "coordinator/jobs/queue_outlook.h"
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 #include <utility>
 

@@ -6,8 +6,6 @@
 
 #include "common/adaptive/passes.h"
 #include "common/adaptive/replicates.h"
-#include "common/image/image.h"
-#include "common/image/lattice.h"
 #include "common/scene/settings.h"
 #include "proto/messages.h"
 #include "proto/settings_json.h"

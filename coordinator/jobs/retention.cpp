@@ -43,7 +43,7 @@ void JobBook::keep_house(Time now) {
       .give([this, store = farm_.store,
              keep_lost = farm_.options.limits.keep_lost_seconds]() -> JobThread::Completion {
         store->tidy(keep_lost);
-        return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }, {}};
+        return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }};
       });
 }
 

@@ -131,8 +131,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
         job.scene = scene;
       }
     } catch (const ChecksumError&) {  // damaged in transit: the client repeats it
-      return {[this, accepted] { submitting_.erase(name_in_token(accepted->job.record.token)); },
-              {}};
+      return {[this, accepted] { submitting_.erase(name_in_token(accepted->job.record.token)); }};
     } catch (const DecodeError& error) {
       accepted->refusal = error.what();
     } catch (const InputError& error) {
@@ -148,7 +147,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     }
     const auto outcome = [this, accepted, peer, request] { accept_job(peer, request, *accepted); };
     return accepted->refusal.empty() ? JobThread::Completion{{}, outcome}
-                                     : JobThread::Completion{outcome, {}};
+                                     : JobThread::Completion{outcome};
   });
 }
 

@@ -99,16 +99,15 @@ void JobBook::estimate_errors() {
           const PartialError part = error_of_some_rows(run->picture());
           const std::uint64_t samples = run->picture().framebuffer().counts().samples;
           return {[this, id, generation, part, samples] {
-                    Job* there = farm_.job_at_work(id, generation);
-                    if (there == nullptr || !there->tracing()) return;
-                    if (part.share < 1) {
-                      there->work->error_so_far = part;
-                    } else {
-                      there->error = part.error;
-                      note_error(*there, samples);
-                    }
-                  },
-                  {}};
+            Job* there = farm_.job_at_work(id, generation);
+            if (there == nullptr || !there->tracing()) return;
+            if (part.share < 1) {
+              there->work->error_so_far = part;
+            } else {
+              there->error = part.error;
+              note_error(*there, samples);
+            }
+          }};
         });
   }
 }
@@ -132,14 +131,13 @@ void JobBook::keep_unfinished(const Job& job, std::shared_ptr<JobRun> run) {
              ended = job.record.ended]() -> JobThread::Completion {
         const auto parts = std::make_shared<const PictureParts>(parts_so_far(run->picture(), true));
         return {[this, fits, bytes, id, ended, parts] {
-                  Job* there = farm_.job_of(id);
-                  if (there != nullptr && there->ended() && there->record.state != JobState::done &&
-                      there->record.ended == ended && fits()) {
-                    there->picture = PicturePayload(parts);
-                    there->picture_bytes = bytes;
-                  }
-                },
-                {}};
+          Job* there = farm_.job_of(id);
+          if (there != nullptr && there->ended() && there->record.state != JobState::done &&
+              there->record.ended == ended && fits()) {
+            there->picture = PicturePayload(parts);
+            there->picture_bytes = bytes;
+          }
+        }};
       });
 }
 

@@ -79,29 +79,26 @@ json JobBook::summary_of(Time now, const Job& job) {
 /// Returns what keeps this job, and probably others, from being traced, apart from the queue.
 JobBook::Wait JobBook::general_wait(const Job& job) {
   if (job.ended() || job.record.state == JobState::paused) return {};
-  if (!farm_.storage.empty()) return {"storage (" + farm_.storage + ")", 0, 0, {}};
+  if (!farm_.storage.empty()) return {"storage (" + farm_.storage + ")"};
   if (job.phase == JobPhase::finishing || job.phase == JobPhase::preparing) return {};
   const std::string worker = lacking_worker(farm_.workers);
-  if (!worker.empty()) return {worker, 0, 0, {}};
+  if (!worker.empty()) return {worker};
   const std::uint64_t needed = job.phase == JobPhase::waiting ? memory_of(job) : 0;
   if (needed > farm_.options.memory) {
     return {
         fmt::format("a coordinator with more memory: it needs {:.3f} GiB, and --memory is {:.3f}",
-                    gibibytes(needed), gibibytes(farm_.options.memory)),
-        0,
-        0,
-        {}};
+                    gibibytes(needed), gibibytes(farm_.options.memory))};
   }
   if (needed > 0 && means().memory + needed > farm_.options.memory) {
     const auto largest = std::ranges::max_element(
         farm_.at_work, {}, [this](JobId id) { return memory_of(farm_.jobs.at(id)); });
     if (largest == farm_.at_work.end()) {
-      return {"memory that pictures and scenes on their way use", 0, 0, {}};
+      return {"memory that pictures and scenes on their way use"};
     }
     const JobId holder = farm_.jobs.at(*largest).record.listed_as();
-    return {fmt::format("memory that job {} uses", holder), holder, 0, {}};
+    return {fmt::format("memory that job {} uses", holder), holder};
   }
-  return {job.work ? disputes_.referee().wait(farm_.now, job.work->generation) : "", 0, 0, {}};
+  return {job.work ? disputes_.referee().wait(farm_.now, job.work->generation) : ""};
 }
 
 /// Returns the place in the queue of a job or series.

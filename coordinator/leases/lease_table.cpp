@@ -73,8 +73,8 @@ std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const Lea
 std::optional<Lease> LeaseTable::grant_copy(Time deadline, WorkerId worker) {
   for (auto lease = leased_.begin(); lease != leased_.end(); ++lease) {  // oldest first
     const Leased& leased = lease->second;
-    const bool holds = std::any_of(leased.holders.begin(), leased.holders.end(),
-                                   [&](const Holder& h) { return h.worker == worker; });
+    const bool holds =
+        std::ranges::any_of(leased.holders, [&](const Holder& h) { return h.worker == worker; });
     if (!holds && !leased.check && !leased.arrived && leased.holders.size() < most_holders) {
       hold(lease, worker, deadline);
       return Lease{lease->first, leased.range};
@@ -82,8 +82,6 @@ std::optional<Lease> LeaseTable::grant_copy(Time deadline, WorkerId worker) {
   }
   return {};
 }
-
-void LeaseTable::want_check(Check check) { checks_.push_back(std::move(check)); }
 
 std::vector<LeaseTable::Check> LeaseTable::take_orphans(const std::set<MachineKey>& able) {
   std::vector<Check> orphans = std::exchange(failed_checks_, {});
@@ -100,17 +98,17 @@ std::vector<LeaseTable::Check> LeaseTable::take_orphans(const std::set<MachineKe
 
 bool LeaseTable::checks_remain() const {
   return !checks_.empty() || !failed_checks_.empty() ||
-         std::any_of(leased_.begin(), leased_.end(),
-                     [](const auto& lease) { return lease.second.check.has_value(); });
+         std::ranges::any_of(leased_,
+                             [](const auto& lease) { return lease.second.check.has_value(); });
 }
 
 bool LeaseTable::release(Leases::iterator lease, WorkerId worker) {
   auto& holders = lease->second.holders;
-  const auto holder = std::find_if(holders.begin(), holders.end(),
-                                   [worker](const Holder& h) { return h.worker == worker; });
+  const auto holder =
+      std::ranges::find_if(holders, [worker](const Holder& h) { return h.worker == worker; });
   if (holder == holders.end()) return false;
   // If another holder has the same deadline, its entry stays.
-  const bool shared = std::any_of(holders.begin(), holders.end(), [&](const Holder& h) {
+  const bool shared = std::ranges::any_of(holders, [&](const Holder& h) {
     return h.worker != worker && h.deadline == holder->deadline;
   });
   if (!shared) deadlines_.erase({holder->deadline, lease->first});

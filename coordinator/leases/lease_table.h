@@ -62,7 +62,7 @@ class LeaseTable {
     std::set<MachineKey> not_by;
   };
   /// Adds a check. It waits until grant() leases it to a worker of the machine `by`.
-  void want_check(Check check);
+  void want_check(Check check) { checks_.push_back(std::move(check)); }
   /// Removes and returns the checks that need another machine. These are the waiting checks whose
   /// `by` is not among `able`, and the checks whose lease ended without a result. A machine that
   /// lost the lease of a check may get it again, unless it has lost most_losses such leases in a

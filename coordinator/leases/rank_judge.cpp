@@ -8,7 +8,7 @@ namespace parray::coordinator {
 std::vector<RankVoice> rank_voices(const std::vector<std::string>& hosts) {
   std::vector<RankVoice> voices;
   for (std::uint32_t rank = 0; rank < hosts.size(); ++rank) {
-    const auto first = std::find(hosts.begin(), hosts.end(), hosts[rank]) - hosts.begin();
+    const auto first = std::ranges::find(hosts, hosts[rank]) - hosts.begin();
     voices.push_back({tracer_key("parray-mpi", hosts[rank] + " " + std::to_string(rank)),
                       first == 0 ? rank : static_cast<std::uint32_t>(first)});
   }

@@ -9,7 +9,7 @@ namespace {
 
 /// Converts cells to ranges and joins adjacent ones.
 std::vector<CellRange> ranges_of(std::vector<std::uint64_t> cells) {
-  std::sort(cells.begin(), cells.end());
+  std::ranges::sort(cells);
   std::vector<CellRange> ranges;
   for (const std::uint64_t cell : cells) {
     if (!ranges.empty() && cell < ranges.back().end) {
@@ -30,7 +30,7 @@ ResultCollector::ResultCollector(std::shared_ptr<const WorkPlan> plan, Framebuff
     : plan_(std::move(plan)), framebuffer_(framebuffer), cells_(plan_->cells()) {}
 
 std::uint32_t ResultCollector::place_of(TracerKey tracer) {
-  const auto found = std::find(tracers_.begin(), tracers_.end(), tracer);
+  const auto found = std::ranges::find(tracers_, tracer);
   if (found != tracers_.end()) return static_cast<std::uint32_t>(found - tracers_.begin());
   tracers_.push_back(tracer);
   return static_cast<std::uint32_t>(tracers_.size() - 1);
@@ -134,7 +134,7 @@ void ResultCollector::note_check(TracerKey tracer, const CellRange& range) {
 }
 
 bool ResultCollector::is_checked(std::uint64_t cell) const {
-  return std::any_of(checks_.begin(), checks_.end(), [&](const Check& check) {
+  return std::ranges::any_of(checks_, [&](const Check& check) {
     return check.range.begin <= cell && cell < check.range.end &&
            check.tracer != cells_[cell].tracer;
   });
@@ -154,7 +154,7 @@ std::vector<bool> ResultCollector::checked() const {
 
 std::uint64_t ResultCollector::checked_cells() const {
   const std::vector<bool> cells = checked();
-  return static_cast<std::uint64_t>(std::count(cells.begin(), cells.end(), true));
+  return static_cast<std::uint64_t>(std::ranges::count(cells, true));
 }
 
 std::vector<bool> ResultCollector::wanted() const {
@@ -272,15 +272,14 @@ std::vector<CellRange> ResultCollector::retract(const std::vector<CellRange>& ra
 }
 
 bool ResultCollector::has_cells_of(TracerKey tracer) const {
-  return std::any_of(cells_.begin(), cells_.end(), [&](const Done& done) {
+  return std::ranges::any_of(cells_, [&](const Done& done) {
     return done.digest != 0 && tracers_[done.tracer] == tracer;
   });
 }
 
 bool ResultCollector::relies_on(TracerKey tracer) const {
-  return has_cells_of(tracer) || std::any_of(checks_.begin(), checks_.end(), [&](const Check& c) {
-           return tracers_[c.tracer] == tracer;
-         });
+  return has_cells_of(tracer) ||
+         std::ranges::any_of(checks_, [&](const Check& c) { return tracers_[c.tracer] == tracer; });
 }
 
 CellRange ResultCollector::next_missing(std::uint64_t from, std::uint64_t most) const {

@@ -230,7 +230,7 @@ bool WindowCollector::complete(TracedCells& traced, std::span<const Cell> cells)
       traced.excluded.insert(traced.excluded.end(), found.begin(), found.end());
     }
   }
-  std::sort(traced.excluded.begin(), traced.excluded.end());
+  std::ranges::sort(traced.excluded);
   return fault_of(traced, batch, cells, max_depth_of(picture_.settings())).empty();
 }
 

@@ -19,8 +19,7 @@ struct BulkLedger::Entry {
     const auto answers = under_way->answers.find(peer);
     if (--answers->second == 0) under_way->answers.erase(answers);
   }
-  Entry(const Entry&) = delete;
-  Entry& operator=(const Entry&) = delete;
+  Entry& operator=(Entry&&) = delete;
 };
 
 BulkLedger::Ticket BulkLedger::admit(const PeerId& peer, std::uint64_t bytes) {

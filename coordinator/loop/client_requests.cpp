@@ -10,7 +10,6 @@
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/jobs/job_list.h"
 #include "coordinator/leases/lease_desk.h"
-#include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
 #include "coordinator/loop/worker_map.h"
 

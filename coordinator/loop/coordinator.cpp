@@ -4,12 +4,6 @@
 
 #include <algorithm>
 
-#include "coordinator/disputes/dispute_desk.h"
-#include "coordinator/jobs/job_book.h"
-#include "coordinator/leases/lease_desk.h"
-#include "coordinator/loop/farm.h"
-#include "coordinator/loop/worker_desk.h"
-
 namespace parray::coordinator {
 
 Coordinator::Coordinator(CoordinatorOptions options, Store* store,
@@ -149,8 +143,6 @@ Time Coordinator::tick(Time now, bool drained) {
                         leases_.next_deadline()});
   return next;
 }
-
-std::vector<Delivery> Coordinator::take_outbox() { return std::exchange(farm_.outbox, {}); }
 
 void Coordinator::leave(const std::string& reason) {
   for (const auto& [peer, worker] : farm_.workers) farm_.send(peer, msg::Bye{reason});

@@ -129,8 +129,6 @@ std::string Farm::why_no_worker(const std::string& name) const {
                            to_seconds(now - found->at), found->reason);
 }
 
-void Farm::note(Job& job, const std::string& what) { job.record.note(options.wall_clock(), what); }
-
 /// Adjustments of the system's clock do not change it.
 double Farm::uptime() const {
   return uptime_before + (began == never ? 0 : to_seconds(now - began));

@@ -84,7 +84,7 @@ struct Farm {
   /// Finds a job whose work still has this generation. Null: it ended or began again.
   Job* job_at_work(JobId id, std::uint64_t generation);
   /// Adds a line to the history of a job.
-  void note(Job& job, const std::string& what);
+  void note(Job& job, const std::string& what) { job.record.note(options.wall_clock(), what); }
   /// Gives the record of a job to the job thread, which stores it. Ignores a job that is finishing.
   void keep(const Job& job);
   /// Calls `then` in the loop when the store has committed all that was given to the job thread.

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 
 namespace parray::coordinator {
@@ -56,7 +57,7 @@ std::string FarmWatch::accounts_text() const {
   for (const auto& [user, account] : accounts_) {
     if (account.thread_seconds > 0) map[user] = std::round(account.thread_seconds * 1e3) / 1e3;
   }
-  return map.dump(-1, ' ', false, json::error_handler_t::replace);
+  return json_text(map);
 }
 
 void FarmWatch::restore_accounts(std::string_view text) {
@@ -67,8 +68,6 @@ void FarmWatch::restore_accounts(std::string_view text) {
     if (std::isfinite(value) && value > 0) account(user).thread_seconds = value;
   }
 }
-
-bool FarmWatch::gauges_due(Time now) const { return RateHistory::number_of(now) > number_; }
 
 void FarmWatch::note_gauges(Time now, const Gauges& gauges) {
   const std::int64_t number = RateHistory::number_of(now);

@@ -97,7 +97,7 @@ class FarmWatch {
     std::uint32_t queued = 0;        ///< jobs that wait for their first lease
   };
   /// Returns whether an interval of the history has ended and note_gauges() is due.
-  [[nodiscard]] bool gauges_due(Time now) const;
+  [[nodiscard]] bool gauges_due(Time now) const { return RateHistory::number_of(now) > number_; }
   /// Notes the state at the end of all intervals that have ended since the last call.
   void note_gauges(Time now, const Gauges& gauges);
   /// The samples that were merged.

@@ -116,15 +116,14 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
               PicturePayload(Bulk::of(with_ticket(std::exchange(*kept->bytes, {}), ticket)));
         }
         return {[this, answer, peer, kept, id] {
-                  note_picture_file(id, *kept);
-                  if (kept->bytes) {
-                    farm_.send(peer, std::move(*answer));
-                  } else {
-                    farm_.fail_request(peer, answer->request, 1,
-                                       kept->damage.empty() ? no_picture_left(id) : kept->damage);
-                  }
-                },
-                {}};
+          note_picture_file(id, *kept);
+          if (kept->bytes) {
+            farm_.send(peer, std::move(*answer));
+          } else {
+            farm_.fail_request(peer, answer->request, 1,
+                               kept->damage.empty() ? no_picture_left(id) : kept->damage);
+          }
+        }};
       });
 }
 
@@ -192,7 +191,7 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
   farm_.for_client(peer, m.request, doing)
       .give([this, peer, ticket, m, run = job.work->run]() -> JobThread::Completion {
         const auto answer = partial_answer(m, run->picture(), ticket);
-        return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }, {}};
+        return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }};
       });
 }
 
@@ -227,10 +226,9 @@ void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, cons
         }
         const auto answer = partial_answer(m, run.picture(), ticket);
         return {[this, answer, peer] {
-                  farm_.grants_due = true;  // a job may wait for the memory
-                  farm_.send(peer, std::move(*answer));
-                },
-                {}};
+          farm_.grants_due = true;  // a job may wait for the memory
+          farm_.send(peer, std::move(*answer));
+        }};
       });
 }
 
@@ -263,14 +261,13 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
         }
         answer->journal = Bulk::of(with_ticket(std::move(bytes), ticket));
         return {[this, answer, peer, file, id] {
-                  note_picture_file(id, file);
-                  if (file.damage.empty() || file.restored) {
-                    farm_.send(peer, std::move(*answer));
-                  } else {
-                    farm_.fail_request(peer, answer->request, 1, file.damage);
-                  }
-                },
-                {}};
+          note_picture_file(id, file);
+          if (file.damage.empty() || file.restored) {
+            farm_.send(peer, std::move(*answer));
+          } else {
+            farm_.fail_request(peer, answer->request, 1, file.damage);
+          }
+        }};
       });
 }
 
@@ -312,13 +309,12 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
         const bool found = bytes.has_value();
         if (found) answer->scene = ScenePayload(Bulk::of(with_ticket(*std::move(bytes), ticket)));
         return {[this, answer, peer, gone, found] {
-                  if (found) {
-                    farm_.send(peer, std::move(*answer));
-                  } else {
-                    farm_.fail_request(peer, answer->request, 1, gone);
-                  }
-                },
-                {}};
+          if (found) {
+            farm_.send(peer, std::move(*answer));
+          } else {
+            farm_.fail_request(peer, answer->request, 1, gone);
+          }
+        }};
       });
 }
 

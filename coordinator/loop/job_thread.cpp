@@ -26,7 +26,7 @@ JobThread::Completion completion_of(const JobThread::Task& task, const JobThread
   } catch (const std::exception& error) {
     why = error.what();
   }
-  return {[failed, why] { failed(why); }, {}};
+  return {[failed, why] { failed(why); }};
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <condition_variable>
-#include <cstdint>
 #include <deque>
 #include <exception>
 #include <functional>
@@ -23,8 +22,8 @@ class JobThread {
  public:
   /// What the loop calls after a task. Both may be empty.
   struct Completion {
-    std::function<void()> done;  ///< called as soon as possible
-    std::function<void()> kept;  ///< called when the store has committed what the task put there
+    std::function<void()> done{};  ///< called as soon as possible
+    std::function<void()> kept{};  ///< called when the store has committed what the task put there
   };
   /// Runs in the background thread and must not use data of the loop. It may throw: see Guarded.
   using Task = std::function<Completion()>;
@@ -45,8 +44,7 @@ class JobThread {
   JobThread(Store* store, Options options);
   /// Waits for the running task and drops the others.
   ~JobThread();
-  JobThread(const JobThread&) = delete;
-  JobThread& operator=(const JobThread&) = delete;
+  JobThread& operator=(JobThread&&) = delete;
 
   /// Queues tasks. If a task throws, run_finished() calls `failed` instead of its completion. So
   /// one request or one job fails, and all others continue.

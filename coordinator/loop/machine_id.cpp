@@ -2,10 +2,14 @@
 
 #include <xxhash.h>
 
+#include <array>
 #include <string_view>
 
 namespace parray::coordinator {
 namespace {
+
+/// How text_of() names each MachineId::Kind.
+constexpr std::array<std::string_view, 3> kind_words = {"worker ", "key ", "address "};
 
 /// Returns the same text for the IPv4 and IPv6 forms of an address, and for all loopback addresses.
 std::string normalized_address(std::string_view address) {
@@ -32,20 +36,12 @@ std::uint64_t machine_key(const MachineId& machine) {
 }
 
 MachineId::Kind kind_of(std::uint64_t machine_key) {
-  switch (machine_key & 3) {
-    case static_cast<std::uint64_t>(MachineId::Kind::key): return MachineId::Kind::key;
-    case static_cast<std::uint64_t>(MachineId::Kind::address): return MachineId::Kind::address;
-    default: return MachineId::Kind::process;
-  }
+  const std::uint64_t kind = machine_key & 3;
+  return kind < kind_words.size() ? static_cast<MachineId::Kind>(kind) : MachineId::Kind::process;
 }
 
 std::string text_of(const MachineId& machine) {
-  switch (machine.kind) {
-    case MachineId::Kind::key: return "key " + machine.name;
-    case MachineId::Kind::address: return "address " + machine.name;
-    case MachineId::Kind::process: break;
-  }
-  return "worker " + machine.name;
+  return std::string(kind_words.at(static_cast<std::size_t>(machine.kind))) + machine.name;
 }
 
 }  // namespace parray::coordinator

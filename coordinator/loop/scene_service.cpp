@@ -36,8 +36,8 @@ SceneService::Node SceneService::node_of(const WorkerRecord& worker) {
 }
 
 SceneService::Node* SceneService::find(Tree& tree, WorkerId id) {
-  const auto found = std::find_if(tree.nodes.begin(), tree.nodes.end(),
-                                  [id](const Node& node) { return node.id == id; });
+  const auto found =
+      std::ranges::find_if(tree.nodes, [id](const Node& node) { return node.id == id; });
   return found == tree.nodes.end() ? nullptr : &*found;
 }
 
@@ -130,7 +130,7 @@ std::optional<msg::Chunk> SceneService::chunk(const std::string& scene, const Fr
                                               std::uint32_t index) {
   const ChunkCut cut{bytes.size(), chunk_bytes_};
   if (index >= cut.count()) return {};
-  auto known = std::find_if(chunks_.begin(), chunks_.end(), [&](const msg::Chunk& chunk) {
+  auto known = std::ranges::find_if(chunks_, [&](const msg::Chunk& chunk) {
     return chunk.chunk == index && chunk.scene == scene;
   });
   if (known == chunks_.end()) {

@@ -10,7 +10,6 @@
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/leases/lease_desk.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 
@@ -194,8 +193,8 @@ void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& wh
   const auto has_same_name = [&](const auto& other) {
     return other.second.hello.name == worker.hello.name;
   };
-  const bool restarted = worker.tracing.has_value() &&
-                         std::any_of(farm_.workers.begin(), farm_.workers.end(), has_same_name);
+  const bool restarted =
+      worker.tracing.has_value() && std::ranges::any_of(farm_.workers, has_same_name);
   std::size_t leases = 0;
   for (const JobId id : std::vector<JobId>(farm_.at_work.begin(), farm_.at_work.end())) {
     Job& job = farm_.jobs.at(id);

@@ -28,9 +28,8 @@ void WorkerRecord::note_grant(const Granted& grant) {
 }
 
 WorkerRecord::Granted WorkerRecord::granted(std::uint64_t job, Epoch epoch, Time otherwise) const {
-  const auto found = std::find_if(grants.begin(), grants.end(), [&](const Granted& grant) {
-    return grant.job == job && grant.epoch == epoch;
-  });
+  const auto found = std::ranges::find_if(
+      grants, [&](const Granted& grant) { return grant.job == job && grant.epoch == epoch; });
   return found == grants.end() ? Granted{job, epoch, otherwise} : *found;
 }
 
@@ -102,8 +101,6 @@ void WorkerRegistry::remove(const PeerId& peer) {
   peers_.erase(found->second.id);
   workers_.erase(found);
 }
-
-std::size_t WorkerRegistry::usable() const { return speed_.workers; }
 
 bool WorkerRegistry::all_drained() const {
   return std::ranges::all_of(workers_, [](const auto& worker) { return worker.second.drained; });

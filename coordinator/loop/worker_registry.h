@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -101,7 +100,7 @@ class WorkerRegistry {
   void remove(const PeerId& peer);
   [[nodiscard]] std::size_t size() const { return workers_.size(); }
   /// Returns the number of workers that may trace.
-  [[nodiscard]] std::size_t usable() const;
+  [[nodiscard]] std::size_t usable() const { return speed_.workers; }
   [[nodiscard]] bool all_drained() const;  ///< also true without workers
   /// Returns the machines of the workers that may trace, without those in `but`.
   [[nodiscard]] std::vector<TracerKey> usable_machines(const std::set<TracerKey>& but) const;

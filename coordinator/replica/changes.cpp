@@ -1,6 +1,5 @@
 #include "coordinator/replica/changes.h"
 
-#include <array>
 #include <utility>
 
 namespace parray::replica {
@@ -10,9 +9,7 @@ void Changes::add(ChangeKind kind, JobId job, std::string_view name,
   std::uint64_t size = 0;
   for (const std::string_view piece : pieces) size += piece.size();
   ByteWriter header;
-  header.put(static_cast<std::uint8_t>(kind));
-  header.put(job);
-  header.put(static_cast<std::uint32_t>(name.size()));
+  header.numbers(kind, job, static_cast<std::uint32_t>(name.size()));
   header.put_bytes(name);
   header.put(size);
   bytes_ += header.take();
@@ -26,34 +23,29 @@ std::string Changes::take() {
 }
 
 void Changes::put_job(const JobRecord& job) {
-  const std::string text = record_to_json(job);
-  add(ChangeKind::job, job.id, {}, std::array<std::string_view, 1>{text});
+  add(ChangeKind::job, job.id, {}, record_to_json(job));
 }
 void Changes::put_scene(const std::string& digest, std::string_view bytes) {
-  add(ChangeKind::scene, 0, digest, std::span(&bytes, 1));
+  add(ChangeKind::scene, 0, digest, bytes);
 }
 void Changes::append_rows(JobId job, std::string_view entry) {
-  add(ChangeKind::rows, job, {}, std::span(&entry, 1));
+  add(ChangeKind::rows, job, {}, entry);
 }
-void Changes::drop_rows(JobId job) { add(ChangeKind::drop_rows, job, {}, {}); }
 void Changes::keep_rows(JobId job, std::uint64_t entries) {
   ByteWriter count;
   count.put(entries);
-  const std::string data = count.take();
-  add(ChangeKind::keep_rows, job, {}, std::array<std::string_view, 1>{data});
+  add(ChangeKind::keep_rows, job, {}, count.take());
 }
 void Changes::put_picture(JobId job, std::span<const std::string_view> pieces) {
   add(ChangeKind::picture, job, {}, pieces);
 }
-void Changes::drop_work(JobId job) { add(ChangeKind::drop_work, job, {}, {}); }
-void Changes::drop_job(JobId job) { add(ChangeKind::drop_job, job, {}, {}); }
 void Changes::put_note(const std::string& name, std::string_view text) {
-  add(ChangeKind::note, 0, name, std::span(&text, 1));
+  add(ChangeKind::note, 0, name, text);
 }
 
 std::size_t apply_first(std::string_view changes, Store& store) {
   ByteReader reader(changes);
-  const auto kind = static_cast<ChangeKind>(reader.get<std::uint8_t>());
+  const auto kind = reader.get<ChangeKind>();
   const auto job = reader.get<JobId>();
   const std::string name(reader.get_bytes(reader.get<std::uint32_t>()));
   const std::string_view data = reader.get_bytes(reader.get<std::uint64_t>());

@@ -35,11 +35,11 @@ class Changes {
   void put_job(const JobRecord& job);
   void put_scene(const std::string& digest, std::string_view bytes);
   void append_rows(JobId job, std::string_view entry);
-  void drop_rows(JobId job);
+  void drop_rows(JobId job) { add(ChangeKind::drop_rows, job); }
   void keep_rows(JobId job, std::uint64_t entries);
   void put_picture(JobId job, std::span<const std::string_view> pieces);
-  void drop_work(JobId job);
-  void drop_job(JobId job);
+  void drop_work(JobId job) { add(ChangeKind::drop_work, job); }
+  void drop_job(JobId job) { add(ChangeKind::drop_job, job); }
   void put_note(const std::string& name, std::string_view text);
 
   [[nodiscard]] std::size_t size() const { return size_; }  ///< bytes of all changes
@@ -48,6 +48,9 @@ class Changes {
  private:
   void add(ChangeKind kind, JobId job, std::string_view name,
            std::span<const std::string_view> pieces);
+  void add(ChangeKind kind, JobId job, std::string_view name = {}, std::string_view data = {}) {
+    add(kind, job, name, std::span(&data, 1));
+  }
 
   std::string bytes_;
   std::size_t size_ = 0;  ///< bytes_.size(), which GCC 12 warns about after a move

@@ -1,8 +1,8 @@
 #include "coordinator/replica/replica.h"
 
 #include <algorithm>
-#include <utility>
 
+#include "common/base/checksum.h"
 #include "coordinator/replica/changes.h"
 
 namespace parray::replica {

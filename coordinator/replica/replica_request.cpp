@@ -1,6 +1,6 @@
 #include "coordinator/replica/replica_request.h"
 
-#include <xxhash.h>
+#include "common/base/checksum.h"
 
 namespace parray::replica {
 namespace {
@@ -29,34 +29,29 @@ std::string_view checked_content(std::string_view message, std::uint32_t mark) {
   return content.substr(sizeof mark);
 }
 
-template <typename Kind>
-Kind get_kind(ByteReader& reader, Kind last) {
-  const auto kind = reader.get<std::uint8_t>();
-  if (kind < 1 || kind > static_cast<std::uint8_t>(last)) {
-    throw DecodeError("a message of no known kind");
-  }
-  return static_cast<Kind>(kind);
+// The numbers before the bytes, for both directions: `f` is a ByteWriter or a ByteReader.
+
+void request_numbers(auto& f, auto& request) {
+  auto& [history, generation, sequence] = request.position;
+  f.numbers(request.session, request.number, request.kind, history, generation, sequence,
+            request.offset, request.checksum, request.whole);
+}
+
+void reply_numbers(auto& f, auto& reply) {
+  f.numbers(reply.session, reply.number, reply.kind, reply.value);
+}
+
+void check_kind(auto kind, auto last) {
+  if (static_cast<int>(kind) < 1 || kind > last) throw DecodeError("a message of no known kind");
 }
 
 }  // namespace
-
-std::uint64_t checksum_of(std::string_view bytes) {
-  return XXH3_64bits(bytes.data(), bytes.size());
-}
 
 std::string encode(const ReplicaRequest& request) {
   ByteWriter writer;
   writer.reserve(request.bytes.size() + 100);
   writer.put(request_mark);
-  writer.put(request.session);
-  writer.put(request.number);
-  writer.put(static_cast<std::uint8_t>(request.kind));
-  writer.put(request.position.history);
-  writer.put(request.position.generation);
-  writer.put(request.position.sequence);
-  writer.put(request.offset);
-  writer.put(request.checksum);
-  writer.put(static_cast<std::uint8_t>(request.whole ? 1 : 0));
+  request_numbers(writer, request);
   writer.put_bytes(request.bytes);
   return with_checksum(std::move(writer));
 }
@@ -64,15 +59,8 @@ std::string encode(const ReplicaRequest& request) {
 ReplicaRequest decode_request(std::string_view message) {
   ByteReader reader(checked_content(message, request_mark));
   ReplicaRequest request;
-  request.session = reader.get<std::uint64_t>();
-  request.number = reader.get<std::uint64_t>();
-  request.kind = get_kind(reader, ReplicaRequestKind::picture);
-  request.position.history = reader.get<std::uint64_t>();
-  request.position.generation = reader.get<std::uint64_t>();
-  request.position.sequence = reader.get<std::uint64_t>();
-  request.offset = reader.get<std::uint64_t>();
-  request.checksum = reader.get<std::uint64_t>();
-  request.whole = reader.get<std::uint8_t>() != 0;
+  request_numbers(reader, request);
+  check_kind(request.kind, ReplicaRequestKind::picture);
   request.bytes = reader.get_bytes(reader.left());
   return request;
 }
@@ -80,10 +68,7 @@ ReplicaRequest decode_request(std::string_view message) {
 std::string encode(const ReplicaReply& answer) {
   ByteWriter writer;
   writer.put(reply_mark);
-  writer.put(answer.session);
-  writer.put(answer.number);
-  writer.put(static_cast<std::uint8_t>(answer.kind));
-  writer.put(answer.value);
+  reply_numbers(writer, answer);
   writer.put_bytes(answer.text);
   return with_checksum(std::move(writer));
 }
@@ -91,10 +76,8 @@ std::string encode(const ReplicaReply& answer) {
 ReplicaReply decode_reply(std::string_view message) {
   ByteReader reader(checked_content(message, reply_mark));
   ReplicaReply answer;
-  answer.session = reader.get<std::uint64_t>();
-  answer.number = reader.get<std::uint64_t>();
-  answer.kind = get_kind(reader, ReplicaReplyKind::no_picture);
-  answer.value = reader.get<std::uint64_t>();
+  reply_numbers(reader, answer);
+  check_kind(answer.kind, ReplicaReplyKind::no_picture);
   answer.text = reader.get_bytes(reader.left());
   return answer;
 }

@@ -63,7 +63,4 @@ ReplicaReply decode_reply(std::string_view message);  ///< throws DecodeError
 /// Number of bytes of a batch or picture that one message carries at most.
 inline constexpr std::size_t piece_bytes = std::size_t{4} << 20;
 
-/// Returns the XXH3-64 of the bytes.
-std::uint64_t checksum_of(std::string_view bytes);
-
 }  // namespace parray::replica

@@ -20,8 +20,7 @@ class ReplicaThread final : public ReplicaConnection {
  public:
   ReplicaThread(std::unique_ptr<Link> link, std::string address);
   ~ReplicaThread() override;
-  ReplicaThread(const ReplicaThread&) = delete;
-  ReplicaThread& operator=(const ReplicaThread&) = delete;
+  ReplicaThread& operator=(ReplicaThread&&) = delete;
 
   /// Waits 3 s plus 1 s per 10 MB. If the standby did not answer the previous call, waits 0.3 s
   /// plus 1 s per 10 MB, so that the caller can do other work. Throws what the link has thrown.

@@ -1,7 +1,8 @@
 #include "coordinator/replica/replicated_store.h"
 
-#include <set>
 #include <utility>
+
+#include "common/base/checksum.h"
 
 namespace parray::replica {
 
@@ -37,40 +38,32 @@ void ReplicatedStore::begin_or_resume_generation() {
 }
 
 void ReplicatedStore::put_job(const JobRecord& job) {
-  inner_.put_job(job);
-  pending_.put_job(job);
+  both([&](auto& to) { to.put_job(job); });
 }
 void ReplicatedStore::put_scene(const std::string& digest, std::string_view bytes) {
-  inner_.put_scene(digest, bytes);
-  pending_.put_scene(digest, bytes);
+  both([&](auto& to) { to.put_scene(digest, bytes); });
 }
 void ReplicatedStore::append_rows(JobId job, std::string entry) {
   pending_.append_rows(job, entry);
   inner_.append_rows(job, std::move(entry));
 }
 void ReplicatedStore::drop_rows(JobId job) {
-  inner_.drop_rows(job);
-  pending_.drop_rows(job);
+  both([&](auto& to) { to.drop_rows(job); });
 }
 void ReplicatedStore::keep_rows(JobId job, std::uint64_t entries) {
-  inner_.keep_rows(job, entries);
-  pending_.keep_rows(job, entries);
+  both([&](auto& to) { to.keep_rows(job, entries); });
 }
 void ReplicatedStore::put_picture(JobId job, std::span<const std::string_view> pieces) {
-  inner_.put_picture(job, pieces);
-  pending_.put_picture(job, pieces);
+  both([&](auto& to) { to.put_picture(job, pieces); });
 }
 void ReplicatedStore::drop_work(JobId job) {
-  inner_.drop_work(job);
-  pending_.drop_work(job);
+  both([&](auto& to) { to.drop_work(job); });
 }
 void ReplicatedStore::drop_job(JobId job) {
-  inner_.drop_job(job);
-  pending_.drop_job(job);
+  both([&](auto& to) { to.drop_job(job); });
 }
 void ReplicatedStore::put_note(const std::string& name, const std::string& text) {
-  inner_.put_note(name, text);
-  pending_.put_note(name, text);
+  both([&](auto& to) { to.put_note(name, text); });
 }
 
 /// Uses the current session only. A new session could send the standby a full copy, which would

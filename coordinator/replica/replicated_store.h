@@ -73,6 +73,11 @@ class ReplicatedStore final : public Store {
   bool restore_picture(JobId job) override;
 
  private:
+  /// Calls `put` with the inner store and with the changes for the standby.
+  void both(const auto& put) {
+    put(inner_);
+    put(pending_);
+  }
   void begin_or_resume_generation();
   void commit_sent_batch();
   void begin_session();

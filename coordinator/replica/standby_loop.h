@@ -25,8 +25,7 @@ class Fence {
  public:
   Fence(std::unique_ptr<ZmqServer> server, std::uint64_t generation);
   ~Fence();
-  Fence(const Fence&) = delete;
-  Fence& operator=(const Fence&) = delete;
+  Fence& operator=(Fence&&) = delete;
 
  private:
   void run();

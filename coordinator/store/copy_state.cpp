@@ -49,7 +49,7 @@ class Copier {
         return;
       }
       if (missing) lines_.push_back("left out: " + *missing);
-      write(onto_.job_json(id), job_file_to_text(id, *job));
+      onto_.write(onto_.job_json(id), job_file_to_text(id, *job));
       return;
     }
   }
@@ -118,21 +118,14 @@ class Copier {
 
   void copy_notes() {
     if (const auto notes = committed_notes(from_)) {
-      write(onto_.notes_json(), notes_file_to_text(*notes));
+      onto_.write(onto_.notes_json(), notes_file_to_text(*notes));
     }
-  }
-
-  void write(const fs::path& file, const std::string& text) {
-    const std::string_view whole = text;
-    onto_.write(file, std::span(&whole, 1));
   }
 
   /// Returns when all copied data is on the disk.
   void sync_all() const {
-    const int directory = open(onto_.directory().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    const bool synced = directory >= 0 && syncfs(directory) == 0;
-    if (directory >= 0) close(directory);
-    if (!synced) {
+    const OpenPath directory(onto_.directory(), O_RDONLY | O_DIRECTORY);
+    if (directory.get() < 0 || syncfs(directory.get()) != 0) {
       throw RunError(onto_.directory().string() + ": the copy cannot be written to the disk");
     }
   }

@@ -2,7 +2,6 @@
 
 #include <sqlite3.h>
 
-#include "common/base/error.h"
 #include "coordinator/store/store.h"
 
 namespace parray::store {
@@ -128,7 +127,5 @@ Transaction::~Transaction() {
     sqlite3_exec(database_.db_, "ROLLBACK", nullptr, nullptr, nullptr);
   }
 }
-
-void Transaction::commit() { database_.run("COMMIT"); }
 
 }  // namespace parray::store

@@ -28,8 +28,7 @@ class Database {
   /// Opens the file. Creates it if it does not exist.
   explicit Database(const std::filesystem::path& file);
   ~Database();
-  Database(const Database&) = delete;
-  Database& operator=(const Database&) = delete;
+  Database& operator=(Database&&) = delete;
 
   void run(const std::string& sql);       ///< runs one or more statements without results
   std::uint64_t number(const char* sql);  ///< returns column 0 of the first row, 0 without rows
@@ -56,8 +55,7 @@ class Statement {
   /// must outlive the last step().
   Statement(Database& database, const char* sql);
   ~Statement();
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
+  Statement& operator=(Statement&&) = delete;
 
   Statement& bind(std::uint64_t value);  ///< keeps all 64 bits; SQL sees a signed number
   Statement& bind(std::string_view text);
@@ -87,10 +85,9 @@ class Transaction {
  public:
   explicit Transaction(Database& database);
   ~Transaction();
-  Transaction(const Transaction&) = delete;
-  Transaction& operator=(const Transaction&) = delete;
+  Transaction& operator=(Transaction&&) = delete;
 
-  void commit();  ///< returns when the changes are on the disk
+  void commit() { database_.run("COMMIT"); }  ///< returns when the changes are on the disk
 
  private:
   Database& database_;

@@ -13,10 +13,8 @@ namespace parray::store {
 /// power failures. Each returns -1 and sets errno on failure. Stateless and thread-safe.
 class Disk {
  public:
-  Disk() = default;
   virtual ~Disk() = default;
-  Disk(const Disk&) = delete;
-  Disk& operator=(const Disk&) = delete;
+  Disk& operator=(Disk&&) = delete;
 
   /// Calls pwrite. Returns the number of bytes written, which may be fewer than given.
   virtual ssize_t write(int file, std::string_view bytes, std::uint64_t offset);

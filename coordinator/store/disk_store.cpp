@@ -42,7 +42,7 @@ void DiskStore::put_scene(const std::string& digest, std::string_view bytes) {
   if (scenes_.contains(digest)) return;
   constexpr std::size_t large = 1 << 20;  // bytes that take longer to write than to sync
   if (bytes.size() >= large) {
-    scenes_[digest] = files_.write(path, std::span(&bytes, 1));
+    scenes_[digest] = files_.write(path, bytes);
     new_scenes_[digest] = "";
     return;
   }
@@ -137,8 +137,6 @@ void DiskStore::drop_job(JobId job) {
 void DiskStore::put_note(const std::string& name, const std::string& text) {
   new_notes_[name] = text;
 }
-
-void DiskStore::put_mark(const std::string& text) { new_mark_ = text; }
 
 void DiskStore::put_reached_mark(const std::string& text) {
   new_mark_ = "";

@@ -51,8 +51,7 @@ class DiskStore final : public Store {
   /// lost/.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
   ~DiskStore() override;
-  DiskStore(const DiskStore&) = delete;
-  DiskStore& operator=(const DiskStore&) = delete;
+  DiskStore& operator=(DiskStore&&) = delete;
 
   void put_job(const JobRecord& job) override;
   void put_scene(const std::string& digest, std::string_view bytes) override;
@@ -63,7 +62,7 @@ class DiskStore final : public Store {
   void drop_work(JobId job) override;
   void drop_job(JobId job) override;
   void put_note(const std::string& name, const std::string& text) override;
-  void put_mark(const std::string& text) override;
+  void put_mark(const std::string& text) override { new_mark_ = text; }
   void put_reached_mark(const std::string& text) override;
   void commit() override;
 

@@ -1,6 +1,5 @@
 // The commit of a DiskStore.
 #include <algorithm>
-#include <utility>
 
 #include "coordinator/store/disk_store.h"
 #include "coordinator/store/records.h"
@@ -97,7 +96,7 @@ std::string DiskStore::record_of(JobId job, const Change& change) {
 }
 
 bool DiskStore::frees_room(const std::vector<std::string>& unused) const {
-  return !unused.empty() || std::any_of(changes_.begin(), changes_.end(), [](const auto& changed) {
+  return !unused.empty() || std::ranges::any_of(changes_, [](const auto& changed) {
     return !changed.second.files_to_remove.empty();
   });
 }

@@ -1,4 +1,5 @@
 // Opening and tidying a DiskStore.
+#include <algorithm>
 #include <cstdlib>
 #include <limits>
 #include <system_error>
@@ -18,6 +19,11 @@ std::optional<std::uint64_t> size_of(const fs::path& file) {
   std::error_code error;
   const std::uint64_t size = fs::file_size(file, error);
   return error ? std::nullopt : std::optional(size);
+}
+
+bool is_cut(const fs::path& file, std::uint64_t bytes) {
+  const std::optional<std::uint64_t> size = size_of(file);
+  return !size || *size < bytes;
 }
 
 /// Checks that the committed bytes of each rows file end with an entry. Only then may opening cut
@@ -114,9 +120,8 @@ void DiskStore::apply_upkeep(const Upkeep& upkeep, const FoundFiles& found,
     StateFiles::remove(files_.job_dropped(id));
   }
   const auto write = [&](const fs::path& file, const std::string& text) {
-    const std::string_view whole = text;
     try {
-      files_.write(file, std::span(&whole, 1));
+      files_.write(file, text);
     } catch (const RunError& error) {
       reports_.emplace_back(error.what());  // the next opening tries again
     }
@@ -160,6 +165,18 @@ void DiskStore::check_files() {
                        " is named by no record: moved to lost/" + std::to_string(stamp));
   }
   lost_bytes_ = files_.lost_bytes();
+}
+
+bool DiskStore::lacks_files() {
+  const bool lacks_scene = std::ranges::any_of(scenes_, [this](const auto& scene) {
+    return is_cut(files_.scene(scene.first), scene.second.bytes);
+  });
+  return lacks_scene || std::ranges::any_of(jobs_, [this](const auto& job) {
+           const auto& [id, entry] = job;
+           return (entry.log && is_cut(files_.rows(id, entry.log->number), entry.log->committed)) ||
+                  (entry.picture &&
+                   is_cut(files_.picture(id, entry.picture->number), entry.picture->file.bytes));
+         });
 }
 
 void DiskStore::tidy(double keep_lost) {

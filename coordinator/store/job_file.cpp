@@ -1,12 +1,13 @@
 #include "coordinator/store/job_file.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <xxhash.h>
 
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "common/base/checksum.h"
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 
 namespace parray::store {
@@ -20,11 +21,7 @@ constexpr std::string_view after_content = "}\n";
 constexpr std::size_t digits = 16;
 
 std::string checksum_text(std::string_view bytes) {
-  constexpr std::string_view hexadecimal = "0123456789abcdef";
-  std::uint64_t checksum = XXH3_64bits(bytes.data(), bytes.size());
-  std::string text(digits, '0');
-  for (std::size_t i = digits; i > 0; --i, checksum >>= 4) text[i - 1] = hexadecimal[checksum & 15];
-  return text;
+  return fmt::format("{:016x}", checksum_of(bytes));
 }
 
 std::string with_checksum(const std::string& content) {
@@ -95,7 +92,7 @@ JobFile job_file_from_text(JobId id, std::string_view text) {
 
 std::string notes_file_to_text(const NotesFile& file) {
   const json content = {{"batch", file.batch}, {"notes", file.notes}};
-  return with_checksum(content.dump(-1, ' ', false, json::error_handler_t::replace));
+  return with_checksum(json_text(content));
 }
 
 NotesFile notes_file_from_text(std::string_view text) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/scene/limits.h"
@@ -32,11 +33,9 @@ void JobRecord::note(double at, std::string what) {
   events.push_back({at, std::move(what)});
 }
 
-json events_to_json(const std::vector<JobEvent>& events) {
-  json list = json::array();
-  for (const JobEvent& event : events) list.push_back({{"at", event.at}, {"what", event.what}});
-  return list;
-}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobEvent, at, what)
+
+json events_to_json(const std::vector<JobEvent>& events) { return events; }
 
 namespace {
 
@@ -84,7 +83,6 @@ struct HeadFields {
 
 json to_json(const Boxed<RenderSettings>& value) { return settings_to_json(value); }
 json to_json(JobState value) { return static_cast<int>(value); }
-json to_json(const std::vector<JobEvent>& value) { return events_to_json(value); }
 json to_json(const JobCourse& value) { return course_to_json(value); }
 json to_json(const auto& value) { return value; }
 
@@ -109,9 +107,6 @@ void read(const json& from, JobState& value) {
     throw RunError("the state " + from.dump() + " does not exist");
   }
   value = static_cast<JobState>(from.get<std::size_t>());
-}
-void read(const json& from, std::vector<JobEvent>& value) {
-  for (const json& event : from) value.push_back({event.at("at"), event.at("what")});
 }
 void read(const json& from, JobCourse& value) { value = course_from_json(from); }
 void read(const json& from, auto& value) { from.get_to(value); }
@@ -162,7 +157,7 @@ std::string record_to_json(const JobRecord& job) {
   JobRecord copy = job;  // fields() takes a mutable record
   RecordWriter writer;
   fields(writer, copy);
-  return writer.map.dump(-1, ' ', false, json::error_handler_t::replace);
+  return json_text(writer.map);
 }
 
 JobRecord record_from_json(JobId id, std::string_view text) {

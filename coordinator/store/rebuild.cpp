@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <optional>
 #include <set>
 #include <system_error>
 
@@ -240,20 +239,15 @@ class Rebuilder {
     write_database();
     for (const auto& [id, row] : records_.jobs) {
       if (row.record) {
-        write(files_.job_json(id),
-              job_file_to_text(id, {row.batch, *row.record, row.rows, row.picture}));
+        files_.write(files_.job_json(id),
+                     job_file_to_text(id, {row.batch, *row.record, row.rows, row.picture}));
       }
       StateFiles::remove(files_.job_next(id));
     }
-    write(files_.notes_json(), notes_file_to_text({records_.notes_batch, records_.notes}));
+    files_.write(files_.notes_json(), notes_file_to_text({records_.notes_batch, records_.notes}));
     StateFiles::remove(files_.notes_next());
-    write(files_.commits(), commit_count_to_text(records_.batch));
+    files_.write(files_.commits(), commit_count_to_text(records_.batch));
     files_.sync();
-  }
-
-  void write(const fs::path& file, const std::string& text) {
-    const std::string_view whole = text;
-    files_.write(file, std::span(&whole, 1));
   }
 
   /// Writes the database under another name first, so that the former one stays until then.

@@ -58,7 +58,6 @@ void write_records(Database& database, const Records& records) {
   }
   for (const auto& [digest, file] : records.scenes) write_scene(database, digest, file);
   for (const auto& [name, text] : records.notes) write_note(database, name, text);
-  if (!records.mark.empty()) write_note(database, own_note::mark, records.mark);
   if (!records.reached.empty()) write_note(database, own_note::reached, records.reached);
   write_note(database, own_note::batch, std::to_string(records.batch));
   write_note(database, own_note::notes_batch, std::to_string(records.notes_batch));

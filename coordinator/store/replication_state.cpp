@@ -56,11 +56,9 @@ void begin_generation(Store& store, ReplicationState& replication, ReplicaRole r
 std::string encode_generations(const ReplicationState& replication, const Position& position) {
   ByteWriter out;
   for (const EarlierGeneration& earlier : replication.earlier) {
-    out.put(earlier.generation);
-    out.put(earlier.sequence);
+    out.numbers(earlier.generation, earlier.sequence);
   }
-  out.put(position.generation);
-  out.put(position.sequence);
+  out.numbers(position.generation, position.sequence);
   return out.take();
 }
 
@@ -68,8 +66,8 @@ std::vector<EarlierGeneration> decode_generations(std::string_view bytes) {
   std::vector<EarlierGeneration> earlier;
   constexpr std::size_t pair_bytes = 16;
   for (ByteReader in(bytes); in.left() >= pair_bytes;) {
-    const auto generation = in.get<std::uint64_t>();
-    earlier.push_back({generation, in.get<std::uint64_t>()});
+    EarlierGeneration& one = earlier.emplace_back();
+    in.numbers(one.generation, one.sequence);
   }
   return earlier;
 }

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +13,7 @@
 #include <system_error>
 #include <utility>
 
+#include "common/base/checksum.h"
 #include "common/base/sha256.h"
 #include "common/base/text.h"
 #include "coordinator/store/store.h"
@@ -82,11 +82,7 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
                      ": name a directory that can be created");
   }
   reserved_ = fs::is_regular_file(reserve(), error);
-  file_system_ = std::shared_ptr<const int>(
-      new int(open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)), [](const int* handle) {
-        if (*handle >= 0) close(*handle);
-        delete handle;
-      });
+  file_system_ = std::make_shared<const OpenPath>(directory_, O_RDONLY | O_DIRECTORY);
 }
 
 fs::path StateFiles::scene(const std::string& digest) const {
@@ -135,7 +131,7 @@ void StateFiles::fail(const fs::path& file, int error) const {
   constexpr std::array<int, 8> of_lost_places = {EACCES,  EPERM,  EROFS, ENOENT,
                                                  ENOTDIR, ENODEV, ENXIO, ESTALE};
   const auto is_one_of = [error](const auto& errors) {
-    return std::find(errors.begin(), errors.end(), error) != errors.end();
+    return std::ranges::find(errors, error) != errors.end();
   };
   const std::string why =
       error == 0 ? "nothing was written" : std::generic_category().message(error);
@@ -238,8 +234,8 @@ void StateFiles::rename(const fs::path& from, const fs::path& onto) {
 
 void StateFiles::sync() {
   constexpr std::size_t many = 16;
-  if (*file_system_ >= 0 && written_.size() + unsynced_.size() > many) {
-    if (disk_.sync_file_system(*file_system_) != 0) fail(directory_, errno);
+  if (file_system_->get() >= 0 && written_.size() + unsynced_.size() > many) {
+    if (disk_.sync_file_system(file_system_->get()) != 0) fail(directory_, errno);
     written_.clear();
     unsynced_.clear();
     return;
@@ -270,10 +266,8 @@ void StateFiles::sync_written(const fs::path& file) {
 void StateFiles::keep_reserve() {
   if (reserved_) return;
   constexpr std::size_t reserve_bytes = 262'144;  // about ten commits of the database
-  const std::string reserve(reserve_bytes, '\0');
-  const std::string_view whole = reserve;
   try {
-    write(this->reserve(), std::span(&whole, 1));
+    write(reserve(), std::string(reserve_bytes, '\0'));
     reserved_ = true;
   } catch (const RunError&) {
     // The commit itself has succeeded. The next commit tries again.
@@ -304,7 +298,7 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
     if (got <= 0) throw damaged(got < 0 ? std::generic_category().message(errno) : "it ends early");
     at += static_cast<std::size_t>(got);
   }
-  if (XXH3_64bits(bytes.data(), bytes.size()) != expected.checksum) {
+  if (checksum_of(bytes) != expected.checksum) {
     throw damaged("it fails its checksum");
   }
   return bytes;

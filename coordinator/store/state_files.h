@@ -70,6 +70,9 @@ class StateFiles {
   /// Creates or replaces a file that consists of the pieces in order. Creates its directory if
   /// necessary. Changes nothing if it fails.
   WholeFile write(const std::filesystem::path& file, std::span<const std::string_view> pieces);
+  WholeFile write(const std::filesystem::path& file, std::string_view bytes) {
+    return write(file, std::span(&bytes, 1));
+  }
 
   /// Writes the pieces to the file from `offset` on. Creates the file if necessary. At offset 0,
   /// also creates its directory. After a failure or crash, the content beyond `offset` is
@@ -137,7 +140,7 @@ class StateFiles {
   bool reserved_ = false;  ///< the reserve exists
   /// Descriptor of the file system to sync. It stays open, because the system reports only failures
   /// since the opening.
-  std::shared_ptr<const int> file_system_;
+  std::shared_ptr<const OpenPath> file_system_;
   std::set<std::filesystem::path> written_;   ///< files of overwrite() that were not synced
   std::set<std::filesystem::path> unsynced_;  ///< directories with new names
 };

@@ -1,10 +1,7 @@
 #include "coordinator/store/state_tools.h"
 
 #include <fcntl.h>
-#include <unistd.h>
 
-#include <span>
-#include <string_view>
 #include <system_error>
 
 #include "coordinator/store/rebuild.h"
@@ -23,12 +20,10 @@ class StateLock {
  public:
   /// `exclusive`: takes the lock; otherwise only checks that no coordinator has it. Throws
   /// StateInUse if one has.
-  StateLock(const fs::path& database, bool exclusive) {
+  StateLock(const fs::path& database, bool exclusive)
+      : file_(database, exclusive ? O_RDWR : O_RDONLY) {
     std::error_code error;
-    if (fs::is_regular_file(database, error)) {
-      file_ = open(database.c_str(), (exclusive ? O_RDWR : O_RDONLY) | O_CLOEXEC | O_NONBLOCK);
-    }
-    if (file_ < 0) {
+    if (file_.get() < 0 || !fs::is_regular_file(database, error)) {
       return;  // a coordinator would have a database
     }
     flock lock{};
@@ -36,22 +31,16 @@ class StateLock {
     lock.l_whence = SEEK_SET;
     lock.l_start = 0x40000000;  // the bytes that SQLite locks
     lock.l_len = 512;
-    const int failed = fcntl(file_, exclusive ? F_OFD_SETLK : F_OFD_GETLK, &lock);
+    const int failed = fcntl(file_.get(), exclusive ? F_OFD_SETLK : F_OFD_GETLK, &lock);
     if (failed != 0 || (!exclusive && lock.l_type != F_UNLCK)) {
-      close(file_);
       throw StateInUse(database.parent_path().string() +
                        ": another process uses this state (a coordinator, parray-mpi or --repair): "
                        "stop it first");
     }
   }
-  ~StateLock() {
-    if (file_ >= 0) close(file_);
-  }
-  StateLock(const StateLock&) = delete;
-  StateLock& operator=(const StateLock&) = delete;
 
  private:
-  int file_ = -1;
+  OpenPath file_;
 };
 
 StateFiles existing_state(const fs::path& directory) {
@@ -133,9 +122,7 @@ std::string remove_copy(const fs::path& target, bool existed) {
 std::vector<std::string> write_copy(const StateFiles& from, const fs::path& target, double now) {
   const std::uint64_t full_copy = full_copy_in(from);
   StateFiles onto(target, system_disk());
-  constexpr std::string_view unfinished =
-      "parray-coordinator --backup has not finished this copy\n";
-  onto.write(onto.incomplete(), std::span(&unfinished, 1));
+  onto.write(onto.incomplete(), "parray-coordinator --backup has not finished this copy\n");
   std::vector<std::string> lines = copy_state(from, onto);
   if (const std::uint64_t later = full_copy_in(from); later != 0 && later != full_copy) {
     throw InputError(from.directory().string() +

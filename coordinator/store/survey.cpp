@@ -1,14 +1,10 @@
 #include "coordinator/store/survey.h"
 
-#include <unistd.h>
-
-#include <algorithm>
-#include <cstdlib>
 #include <optional>
-#include <set>
 #include <system_error>
 
 #include "common/base/bytes.h"
+#include "common/base/files.h"
 #include "common/base/sha256.h"
 #include "coordinator/store/row_log.h"
 #include "coordinator/store/schema.h"
@@ -19,27 +15,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A temporary directory. The destructor removes it.
-class ScratchDirectory {
- public:
-  ScratchDirectory() {
-    std::error_code error;
-    path_ = (fs::temp_directory_path(error) / "parray-check-XXXXXX").string();
-    if (error || mkdtemp(path_.data()) == nullptr) {
-      throw RunError("copying the database failed: set TMPDIR to a writable directory");
-    }
+OwnedPath temporary_directory() {
+  std::error_code error;
+  const fs::path parent = fs::temp_directory_path(error);
+  fs::path path = error ? "" : make_directory(parent / "parray-check-");
+  if (path.empty()) {
+    throw RunError("copying the database failed: set TMPDIR to a writable directory");
   }
-  ~ScratchDirectory() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchDirectory(const ScratchDirectory&) = delete;
-  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-  [[nodiscard]] fs::path path() const { return path_; }
-
- private:
-  std::string path_;
-};
+  return OwnedPath(std::move(path));
+}
 
 void copy_if_file(const fs::path& from, const fs::path& onto) {
   std::error_code error;
@@ -102,7 +86,7 @@ DatabaseContent read_database_copy(const StateFiles& files) {
     content.damage = "parray.sqlite is not a file";
     return content;
   }
-  const ScratchDirectory scratch;
+  const OwnedPath scratch = temporary_directory();
   const fs::path copy = scratch.path() / files.database().filename();
   copy_if_file(files.database(), copy);
   copy_if_file(files.database().string() + "-wal", copy.string() + "-wal");

@@ -30,8 +30,7 @@ class OpenPath {
   /// `flags` as for open(2).
   OpenPath(const std::filesystem::path& path, int flags);
   ~OpenPath();
-  OpenPath(const OpenPath&) = delete;
-  OpenPath& operator=(const OpenPath&) = delete;
+  OpenPath& operator=(OpenPath&&) = delete;
   /// Returns the descriptor. -1: opening failed, and errno gives the reason.
   [[nodiscard]] int get() const { return fd_; }
 

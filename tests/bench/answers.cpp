@@ -94,8 +94,7 @@ class HttpReader {
     }
   }
   ~HttpReader() { close(socket_); }
-  HttpReader(const HttpReader&) = delete;
-  HttpReader& operator=(const HttpReader&) = delete;
+  HttpReader& operator=(HttpReader&&) = delete;
 
   void read() {
     if (send(socket_, request_.data(), request_.size(), MSG_NOSIGNAL) < 0) {
@@ -153,8 +152,7 @@ class Readers {
     }
   }
   ~Readers() { stop_ = true; }
-  Readers(const Readers&) = delete;
-  Readers& operator=(const Readers&) = delete;
+  Readers& operator=(Readers&&) = delete;
 
   void note_span(Time begin, Time end) { spans_.emplace_back(begin, end); }
 

@@ -45,8 +45,7 @@ class EmbreePeer {
   /// Builds at once, on the calling thread. Throws std::runtime_error where Embree fails.
   [[gnu::visibility("default")]] EmbreePeer(const Scene& scene, const RenderSettings& settings);
   [[gnu::visibility("default")]] ~EmbreePeer();
-  EmbreePeer(const EmbreePeer&) = delete;
-  EmbreePeer& operator=(const EmbreePeer&) = delete;
+  EmbreePeer& operator=(EmbreePeer&&) = delete;
 
   /// As PathTracer::trace().
   [[gnu::visibility("default")]] void trace(Variant variant, const PixelRun& run,

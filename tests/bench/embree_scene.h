@@ -20,8 +20,7 @@ class FlushDenormals {
     _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
   }
   ~FlushDenormals() { _mm_setcsr(before_); }
-  FlushDenormals(const FlushDenormals&) = delete;
-  FlushDenormals& operator=(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(FlushDenormals&&) = delete;
 
  private:
   unsigned before_;
@@ -34,8 +33,7 @@ class EmbreeScene {
   /// `scene` has shapes of one kind. Throws std::runtime_error where Embree fails.
   explicit EmbreeScene(const Scene& scene);
   ~EmbreeScene();
-  EmbreeScene(const EmbreeScene&) = delete;
-  EmbreeScene& operator=(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(EmbreeScene&&) = delete;
 
   [[nodiscard]] RTCScene handle() const { return scene_; }
   /// Index of the material of each primitive.

@@ -110,8 +110,7 @@ class Client {
     stop_ = true;
     thread_.join();
   }
-  Client(const Client&) = delete;
-  Client& operator=(const Client&) = delete;
+  Client& operator=(Client&&) = delete;
 
   [[nodiscard]] bool done() const { return done_; }
   /// How long answers took, in milliseconds; of a client that is done.

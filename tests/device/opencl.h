@@ -15,8 +15,7 @@ class OpenCl {
   /// what is missing or what failed.
   explicit OpenCl(const std::string& file);
   ~OpenCl();
-  OpenCl(const OpenCl&) = delete;
-  OpenCl& operator=(const OpenCl&) = delete;
+  OpenCl& operator=(OpenCl&&) = delete;
 
   /// Traces all items of a launch.
   void run(const Launch& launch);

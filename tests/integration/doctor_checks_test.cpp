@@ -22,7 +22,6 @@
 #include "cli/check/doctor/machine.h"
 #include "cli/check/doctor/messages.h"
 #include "cli/check/doctor/mpi_trial.h"
-#include "cli/check/doctor/scratch.h"
 #include "cli/check/doctor/sphere_errors.h"
 #include "cli/check/doctor/tracing.h"
 #include "cli/child_process/child_process.h"
@@ -294,10 +293,9 @@ TEST_CASE(
 TEST_CASE("the scratch directory is removed with everything in it") {
   fs::path path;
   {
-    Scratch scratch;
-    CHECK_FALSE(scratch.made());
+    std::optional<OwnedPath> scratch;
     CHECK(check_temporary_directory(scratch).status == CheckStatus::ok);
-    path = scratch.path();
+    path = scratch.value().path();
     CHECK(fs::is_empty(path));
     std::ofstream(path / "file") << "text";
   }

@@ -39,8 +39,7 @@ class FullDisk {
     REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
   }
   ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
+  FullDisk& operator=(FullDisk&&) = delete;
 
  private:
   rlimit before_{};

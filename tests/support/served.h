@@ -34,8 +34,7 @@ class Server {
     stop_ = true;
     thread_.join();
   }
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
+  Server& operator=(Server&&) = delete;
   [[nodiscard]] const std::string& endpoint() const { return server_.endpoint(); }
 
  private:

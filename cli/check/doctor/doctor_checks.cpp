@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -12,7 +13,6 @@
 #include "cli/check/doctor/machine.h"
 #include "cli/check/doctor/messages.h"
 #include "cli/check/doctor/mpi_trial.h"
-#include "cli/check/doctor/scratch.h"
 #include "cli/check/doctor/sphere_errors.h"
 #include "cli/check/doctor/tracing.h"
 #include "cli/child_process/child_process.h"
@@ -65,18 +65,18 @@ CheckResult check_mpi_here(const fs::path& directory) {
 }
 
 /// Returns a check that needs the temporary directory, and is skipped without it.
-Check on_disk(const std::string& name, const std::shared_ptr<Scratch>& scratch,
+Check on_disk(const std::string& name, const std::shared_ptr<std::optional<OwnedPath>>& scratch,
               CheckResult (*check)(const fs::path& directory)) {
   return {name, [scratch, check] {
-            return scratch->made() ? check(scratch->path())
-                                   : skipped("needs the temporary directory", "");
+            return *scratch ? check((*scratch)->path())
+                            : skipped("needs the temporary directory", "");
           }};
 }
 
 }  // namespace
 
 std::vector<Check> doctor_checks(bool extremes) {
-  const auto scratch = std::make_shared<Scratch>();
+  const auto scratch = std::make_shared<std::optional<OwnedPath>>();
   std::vector<Check> checks = {
       {"processor", check_processor},
       {"memory", check_memory},

@@ -31,6 +31,16 @@ std::uint64_t memory_bytes(const std::string& key) {
   return kibibyte * std::strtoull(value_of(file, key).c_str(), nullptr, 10);
 }
 
+/// Returns the same directory as std::filesystem::temp_directory_path(), whose errors do not name
+/// it.
+fs::path temporary_place() {
+  for (const char* variable : {"TMPDIR", "TMP", "TEMP", "TEMPDIR"}) {
+    const char* const place = std::getenv(variable);  // NOLINT(concurrency-mt-unsafe)
+    if (place != nullptr) return place;
+  }
+  return "/tmp";
+}
+
 /// Returns why a file cannot be made and written in `directory`. Empty: it can.
 std::string why_not_writable(const fs::path& directory) {
   std::string name = (directory / ".parray-doctor-XXXXXX").string();
@@ -76,18 +86,19 @@ CheckResult check_memory() {
   return found;
 }
 
-CheckResult check_temporary_directory(Scratch& scratch) {
+CheckResult check_temporary_directory(std::optional<OwnedPath>& scratch) {
   const std::string remedy = "set TMPDIR to a writable directory with free space";
-  try {
-    scratch.make();
-  } catch (const std::exception& error) {
-    return failed(error.what(), remedy);
+  const fs::path parent = temporary_place();
+  const fs::path path = make_directory(parent / "parray-doctor-");
+  if (path.empty()) {
+    return failed(parent.string() + ": " + std::generic_category().message(errno), remedy);
   }
-  const std::string place = printable(scratch.path().parent_path().string(), 200);
-  const std::string problem = why_not_writable(scratch.path());
+  scratch.emplace(path);
+  const std::string place = printable(path.parent_path().string(), 200);
+  const std::string problem = why_not_writable(path);
   if (!problem.empty()) return failed(place + ": " + problem, remedy);
   std::error_code ignored;
-  const auto space = fs::space(scratch.path(), ignored);
+  const auto space = fs::space(path, ignored);
   return passed(place + ", " + bytes_text(ignored ? 0 : space.available) + " free");
 }
 

@@ -2,10 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "cli/check/doctor/check.h"
-#include "cli/check/doctor/scratch.h"
+#include "common/base/files.h"
 
 /// Checks processor, memory and disks.
 namespace parray::doctor {
@@ -15,8 +16,9 @@ CheckResult check_processor();
 /// Warns if less than 256 MiB of memory are available. Skipped if the system does not report it.
 CheckResult check_memory();
 
-/// Makes the directory for files of later checks. Fails if it cannot be made or written.
-CheckResult check_temporary_directory(Scratch& scratch);
+/// Makes the directory for files of later checks, in the system's directory for temporary files
+/// (TMPDIR). Fails if it cannot be made or written.
+CheckResult check_temporary_directory(std::optional<OwnedPath>& scratch);
 /// Warns if no file can be made in `directory`.
 CheckResult check_current_directory(const std::filesystem::path& directory);
 

@@ -83,8 +83,7 @@ class PackedFile {
   explicit PackedFile(const std::filesystem::path& path);
   /// Opens the file that a command line names. "-" means the standard input.
   static PackedFile of_argument(const std::string& argument);
-  PackedFile(const PackedFile&) = delete;
-  PackedFile& operator=(const PackedFile&) = delete;
+  PackedFile& operator=(PackedFile&&) = delete;
 
   /// Fills `to` with the next `bytes` bytes, fewer only at the end of the file. Returns their
   /// number. Throws InputError for damaged or incomplete packed data, for a failing disk, and

@@ -15,9 +15,7 @@ namespace parray::input {
 
 class Unpacker {
  public:
-  Unpacker() = default;
-  Unpacker(const Unpacker&) = delete;
-  Unpacker& operator=(const Unpacker&) = delete;
+  Unpacker& operator=(Unpacker&&) = delete;
   virtual ~Unpacker() = default;
 
   /// Fills `to` with the next `bytes` bytes, fewer only at the end of the data. Returns their

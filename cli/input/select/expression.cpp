@@ -96,8 +96,7 @@ class SelectionParser {
       if (++parser_.level_ > 3 * max_selection_depth) parser_.fail_deep();
     }
     ~Level() { --parser_.level_; }
-    Level(const Level&) = delete;
-    Level& operator=(const Level&) = delete;
+    Level& operator=(Level&&) = delete;
 
    private:
     SelectionParser& parser_;

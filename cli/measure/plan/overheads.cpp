@@ -8,10 +8,10 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 
 #include "cli/output/picture/image_file.h"
 #include "common/adaptive/error_estimate.h"
+#include "common/base/files.h"
 #include "common/image/image.h"
 #include "common/scene/settings.h"
 #include "common/schedule/traced_cells.h"
@@ -22,24 +22,6 @@ namespace parray::plan {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A temporary file. The destructor removes it.
-class ScratchFile {
- public:
-  explicit ScratchFile(const fs::path& extension)
-      : path_(fs::temp_directory_path() /
-              ("parray-plan-" + std::to_string(getpid()) + extension.string())) {}
-  ~ScratchFile() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// Returns a worker's result for the whole picture, with invented counts.
 TracedCells as_cells(const Framebuffer& traced, const CellBatch& batch) {
@@ -99,7 +81,8 @@ Effort measure_overheads(const DirectRender& picture, const fs::path& extension)
   for (int side = 0; side < 2; ++side) {  // coordinator and client each compute the hash
     image_sha256(image);
   }
-  const ScratchFile file(extension);
+  const OwnedPath file(fs::temp_directory_path() /
+                       ("parray-plan-" + std::to_string(getpid()) + extension.string()));
   write_image(file.path(), image, {});
   return effort_now() - began;
 }

@@ -23,8 +23,7 @@ class Font {
   /// missing or is not a font.
   explicit Font(double size, const std::filesystem::path& file = label_font());
   ~Font();
-  Font(const Font&) = delete;
-  Font& operator=(const Font&) = delete;
+  Font& operator=(Font&&) = delete;
 
   [[nodiscard]] double size() const { return size_; }
   /// Returns the height of capitals above the baseline, in pixels.

@@ -23,8 +23,7 @@ class PartialFile {
   /// Creates no file. The caller opens path().
   explicit PartialFile(std::filesystem::path target);
   ~PartialFile();
-  PartialFile(const PartialFile&) = delete;
-  PartialFile& operator=(const PartialFile&) = delete;
+  PartialFile& operator=(PartialFile&&) = delete;
 
   /// Returns the path to write to. It has the target's extension, because image libraries use it.
   [[nodiscard]] const std::filesystem::path& path() const { return partial_; }

@@ -39,8 +39,7 @@ class PngWriter {
     if (info_ == nullptr) problem_ = "not enough memory";
   }
   ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
-  PngWriter(const PngWriter&) = delete;
-  PngWriter& operator=(const PngWriter&) = delete;
+  PngWriter& operator=(PngWriter&&) = delete;
 
   void write_head(const Image& image, const ImageMetadata& metadata, bool fast, bool alpha) {
     std::vector<png_text> texts(metadata.size());
@@ -133,8 +132,7 @@ class PngReader {
     });
   }
   ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
-  PngReader(const PngReader&) = delete;
-  PngReader& operator=(const PngReader&) = delete;
+  PngReader& operator=(PngReader&&) = delete;
 
   [[nodiscard]] const std::string& problem() const { return problem_; }
   [[nodiscard]] std::uint32_t width() const { return png_get_image_width(png_, info_); }

@@ -24,8 +24,7 @@ struct BuildOptions {
 class Accelerator {
  public:
   virtual ~Accelerator() = default;
-  Accelerator(const Accelerator&) = delete;
-  Accelerator& operator=(const Accelerator&) = delete;
+  Accelerator& operator=(Accelerator&&) = delete;
 
   [[nodiscard]] Precision precision() const { return precision_; }
   [[nodiscard]] AcceleratorKind kind() const { return kind_; }

@@ -37,8 +37,7 @@ struct FirstHit {
 class PathTracer {
  public:
   virtual ~PathTracer() = default;
-  PathTracer(const PathTracer&) = delete;
-  PathTracer& operator=(const PathTracer&) = delete;
+  PathTracer& operator=(PathTracer&&) = delete;
 
   /// Traces samples [samples.begin, samples.end) of each pixel of `run` and adds them to `sums`
   /// (run.x_end - run.x_begin elements) and `counts`. Non-finite samples are counted, but not added

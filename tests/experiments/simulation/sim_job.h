@@ -48,8 +48,7 @@ class SimJob {
  public:
   explicit SimJob(const JobOptions& options);
   ~SimJob();
-  SimJob(const SimJob&) = delete;
-  SimJob& operator=(const SimJob&) = delete;
+  SimJob& operator=(SimJob&&) = delete;
 
   /// Returns when every cell is in; false: not before `give_up`.
   bool run();

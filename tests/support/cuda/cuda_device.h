@@ -68,8 +68,7 @@ class CudaModule {
   /// compiler's messages become a part of an exception.
   CudaModule(const CudaDriver& driver, const std::string& ptx, int most_registers = 0);
   ~CudaModule();
-  CudaModule(const CudaModule&) = delete;
-  CudaModule& operator=(const CudaModule&) = delete;
+  CudaModule& operator=(CudaModule&&) = delete;
 
   [[nodiscard]] CudaKernel kernel(const std::string& name) const;
 
@@ -83,8 +82,7 @@ class CudaTimer {
  public:
   explicit CudaTimer(const CudaDriver& driver);
   ~CudaTimer();
-  CudaTimer(const CudaTimer&) = delete;
-  CudaTimer& operator=(const CudaTimer&) = delete;
+  CudaTimer& operator=(CudaTimer&&) = delete;
 
   void start() { driver_.cuEventRecord(begin_, cuda::Stream{}); }
   void stop() { driver_.cuEventRecord(end_, cuda::Stream{}); }
@@ -102,8 +100,7 @@ class CudaDevice {
   /// Throws NoDevice if there is no device with this number.
   CudaDevice(const CudaDriver& driver, int number);
   ~CudaDevice();
-  CudaDevice(const CudaDevice&) = delete;
-  CudaDevice& operator=(const CudaDevice&) = delete;
+  CudaDevice& operator=(CudaDevice&&) = delete;
 
   [[nodiscard]] const CudaDriver& driver() const { return driver_; }
   [[nodiscard]] const DeviceFacts& facts() const { return facts_; }

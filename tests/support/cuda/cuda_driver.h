@@ -28,8 +28,7 @@ class CudaDriver {
   /// library cannot be loaded, lacks a function, or finds no device.
   explicit CudaDriver(const std::string& library = "");
   ~CudaDriver() = default;  // the library stays loaded: it keeps threads of its own
-  CudaDriver(const CudaDriver&) = delete;
-  CudaDriver& operator=(const CudaDriver&) = delete;
+  CudaDriver& operator=(CudaDriver&&) = delete;
 
   /// Returns the version of CUDA that the driver supports, such as "13.0".
   [[nodiscard]] std::string version() const;

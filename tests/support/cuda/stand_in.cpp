@@ -60,8 +60,7 @@ class Block {
  public:
   explicit Block(std::size_t bytes) : data_(operator new(bytes, alignment)), bytes_(bytes) {}
   ~Block() { operator delete(data_, alignment); }
-  Block(const Block&) = delete;
-  Block& operator=(const Block&) = delete;
+  Block& operator=(Block&&) = delete;
 
   [[nodiscard]] void* data() const { return data_; }
   [[nodiscard]] std::size_t size() const { return bytes_; }

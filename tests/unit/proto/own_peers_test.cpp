@@ -41,8 +41,7 @@ struct Connection {
     waitpid(child, nullptr, 0);
     close(accepted);
   }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
+  Connection& operator=(Connection&&) = delete;
 
   pid_t child = 0;
   int accepted = -1;

@@ -58,8 +58,7 @@ class OtherMode {
  public:
   OtherMode() { std::fesetround(FE_UPWARD); }
   ~OtherMode() { std::fesetround(FE_TONEAREST); }
-  OtherMode(const OtherMode&) = delete;
-  OtherMode& operator=(const OtherMode&) = delete;
+  OtherMode& operator=(OtherMode&&) = delete;
   [[nodiscard]] static bool in_force() { return std::fegetround() == FE_UPWARD; }
 };
 

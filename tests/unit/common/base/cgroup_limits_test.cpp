@@ -25,8 +25,7 @@ class FakeSystem {
     std::string name = (fs::temp_directory_path() / "parray-cgroups-XXXXXX").string();
     root_ = mkdtemp(name.data());
   }
-  FakeSystem(const FakeSystem&) = delete;
-  FakeSystem& operator=(const FakeSystem&) = delete;
+  FakeSystem& operator=(FakeSystem&&) = delete;
   ~FakeSystem() { fs::remove_all(root_); }
 
   void write(const std::string& file, const std::string& text) const {

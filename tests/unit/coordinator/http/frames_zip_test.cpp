@@ -12,12 +12,6 @@
 namespace parray::http {
 namespace {
 
-TEST_CASE("crc_32 is that of the standard, also in parts") {
-  CHECK(crc_32("123456789") == 0xCBF43926);
-  CHECK(crc_32("6789", crc_32("12345")) == 0xCBF43926);
-  CHECK(crc_32("") == 0);
-}
-
 TEST_CASE("a zip stream opens a file when its turn comes, and ends at a file that fails") {
   const test::TemporaryDirectory directory;
   Budget disk(1000);

@@ -328,8 +328,7 @@ class Queue {
  public:
   explicit Queue(Places& places) : places_(places) {}
   ~Queue() { wait(); }
-  Queue(const Queue&) = delete;
-  Queue& operator=(const Queue&) = delete;
+  Queue& operator=(Queue&&) = delete;
 
   /// Returns when the owner waits for a place.
   void add(const std::string& owner) {

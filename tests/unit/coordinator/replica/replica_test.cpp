@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/checksum.h"
 #include "coordinator/replica/replicated_store.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/faulty_disk.h"
