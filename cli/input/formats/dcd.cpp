@@ -217,20 +217,16 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   std::vector<Vec3d> positions_;  // positions of the frame that was read last
 };
 
+}  // namespace
+
 /// Reads DCD (CHARMM, NAMD, X-PLOR, LAMMPS) in both byte orders, with fixed atoms and all forms of
 /// the cell. Format: CHARMM documentation, "dynamc", trajectory files. The number of a frame's step
 /// is its time.
-Particles read_dcd(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<DcdFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat dcd_format{.name = "DCD",
                                           .extensions = {".dcd"},
                                           .frames = true,
                                           .confidence = looks_like_dcd,
-                                          .read = read_dcd,
+                                          .read = read_frame<DcdFrames>,
                                           .holds = ParticleFormat::Holds::positions};
 
 }  // namespace parray::input

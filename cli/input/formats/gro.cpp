@@ -174,19 +174,15 @@ class GroFrames final : public FramesOf<ParticleInput> {
   std::uint64_t count_ = 0;
 };
 
+}  // namespace
+
 /// Reads GRO of GROMACS (manual.gromacs.org, "gro") in any precision, with several frames. Converts
 /// positions from nm to angstrom, so that van der Waals radii fit. Converts velocities (vx, vy, vz)
 /// to angstrom per picosecond. The box becomes the cell. "t=" in the title is the time.
-Particles read_gro(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<GroFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat gro_format{.name = "GRO",
                                           .extensions = {".gro"},
                                           .frames = true,
                                           .confidence = looks_like_gro,
-                                          .read = read_gro};
+                                          .read = read_frame<GroFrames>};
 
 }  // namespace parray::input

@@ -253,20 +253,16 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   std::string length_unit_;  // UNITS is in the first frame only
 };
 
+}  // namespace
+
 /// Reads LAMMPS dumps. Positions are the columns x y z, otherwise xu yu zu, otherwise xs ys zs,
 /// otherwise xsu ysu zsu. The last two are scaled by the box (orthogonal, triclinic or general).
 /// Also reads radius or diameter, type and element. Other columns are numbers on request. The time
 /// is that of TIME or, without it, of TIMESTEP. A note counts ellipsoids.
-Particles read_lammps_dump(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<DumpFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat lammps_dump_format{.name = "LAMMPS dump",
                                                   .extensions = {".lammpstrj", ".dump"},
                                                   .frames = true,
                                                   .confidence = looks_like_lammps_dump,
-                                                  .read = read_lammps_dump};
+                                                  .read = read_frame<DumpFrames>};
 
 }  // namespace parray::input

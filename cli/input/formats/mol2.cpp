@@ -186,18 +186,14 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   std::vector<std::string_view> words_;
 };
 
-/// Reads MOL2 ("Tripos Mol2 File Format", 2009). Molecules are frames, CRYSIN is the cell. Numbers:
-/// charge. Types are those of SYBYL or any other text.
-Particles read_mol2(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<Mol2Frames>(file, request);
-}
-
 }  // namespace
 
+/// Reads MOL2 ("Tripos Mol2 File Format", 2009). Molecules are frames, CRYSIN is the cell. Numbers:
+/// charge. Types are those of SYBYL or any other text.
 constinit const ParticleFormat mol2_format{.name = "MOL2",
                                            .extensions = {".mol2"},
                                            .frames = true,
                                            .confidence = looks_like_mol2,
-                                           .read = read_mol2};
+                                           .read = read_frame<Mol2Frames>};
 
 }  // namespace parray::input

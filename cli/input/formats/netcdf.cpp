@@ -342,18 +342,14 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
   std::uint64_t next_ = 0;
 };
 
-/// Reads trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
-Particles read_netcdf(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<NetcdfFrames>(file, request);
-}
-
 }  // namespace
 
+/// Reads trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
 constinit const ParticleFormat netcdf_format{.name = "AMBER NetCDF",
                                              .extensions = {".nc", ".ncdf", ".ncrst"},
                                              .frames = true,
                                              .confidence = looks_like_netcdf,
-                                             .read = read_netcdf,
+                                             .read = read_frame<NetcdfFrames>,
                                              .holds = ParticleFormat::Holds::positions};
 
 }  // namespace parray::input

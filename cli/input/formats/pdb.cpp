@@ -304,44 +304,32 @@ class PdbFrames final : public FramesOf<ParticleInput> {
   bool line_is_next_ = false;  // true: the current line belongs to the frame and was not read yet
 };
 
+}  // namespace
+
 /// Reads PDB records with read_pdb_record(). Models are frames; END also separates frames. CRYST1
 /// is the cell. The bonds are those of the CONECT records in the frame and between it and the next
 /// frame. A model without such records has the bonds after the last model. Numbers: occupancy,
 /// b_factor, charge (formal).
-Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pdb_dialect>>(file, request);
-}
-
-/// Reads PDBQT of AutoDock: like PDB, with AutoDock's types and partial charges.
-Particles read_pdbqt(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pdbqt_dialect>>(file, request);
-}
-
-/// Reads PQR: like PDB, with radii and partial charges and with blanks between fields. A radius of
-/// 0 becomes the van der Waals radius.
-Particles read_pqr(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pqr_dialect>>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat pdb_format{.name = "PDB",
                                           .extensions = {".pdb", ".ent", ".pdb1"},
                                           .frames = true,
                                           .confidence = looks_like_pdb,
                                           .only_header = is_only_header_of_pdb,
-                                          .read = read_pdb};
+                                          .read = read_frame<PdbFrames<pdb_dialect>>};
 
+/// Reads PDBQT of AutoDock: like PDB, with AutoDock's types and partial charges.
 constinit const ParticleFormat pdbqt_format{.name = "PDBQT",
                                             .extensions = {".pdbqt"},
                                             .frames = true,
                                             .confidence = looks_like_pdbqt,
-                                            .read = read_pdbqt};
+                                            .read = read_frame<PdbFrames<pdbqt_dialect>>};
 
+/// Reads PQR: like PDB, with radii and partial charges and with blanks between fields. A radius of
+/// 0 becomes the van der Waals radius.
 constinit const ParticleFormat pqr_format{.name = "PQR",
                                           .extensions = {".pqr"},
                                           .frames = true,
                                           .confidence = looks_like_pqr,
-                                          .read = read_pqr};
+                                          .read = read_frame<PdbFrames<pqr_dialect>>};
 
 }  // namespace parray::input

@@ -413,21 +413,17 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
   LineWords words_;                      // words of the current row
 };
 
+}  // namespace
+
 /// Reads POSCAR, CONTCAR and XDATCAR, and the atoms of CHGCAR and LOCPOT, of VASP 4 (without names
 /// of species) and later. Elements come from the line of names, from symbols after the positions,
 /// or from the title. The lattice is the cell. The number of a frame in XDATCAR is its time.
 /// Velocities are vx, vy, vz.
-Particles read_poscar(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PoscarFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat poscar_format{.name = "POSCAR",
                                              .extensions = {".vasp", ".poscar", ".contcar"},
                                              .names = {"poscar", "contcar", "xdatcar"},
                                              .frames = true,
                                              .confidence = looks_like_poscar,
-                                             .read = read_poscar};
+                                             .read = read_frame<PoscarFrames>};
 
 }  // namespace parray::input

@@ -230,18 +230,14 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   std::vector<std::string_view> words_;
 };
 
-/// Reads MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are
-/// its frames. Names and types are the symbols. Numbers: charge (formal).
-Particles read_sdf(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<SdfFrames>(file, request);
-}
-
 }  // namespace
 
+/// Reads MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are
+/// its frames. Names and types are the symbols. Numbers: charge (formal).
 constinit const ParticleFormat sdf_format{.name = "SDF",
                                           .extensions = {".sdf", ".mol", ".sd"},
                                           .frames = true,
                                           .confidence = looks_like_sdf,
-                                          .read = read_sdf};
+                                          .read = read_frame<SdfFrames>};
 
 }  // namespace parray::input

@@ -121,18 +121,14 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
   Fields words_;
 };
 
-/// Reads Tinker's coordinates and archives, with or without a box. The names give the elements, and
-/// a note says so. Types are the numbers of the force field.
-Particles read_tinker(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<TinkerFrames>(file, request);
-}
-
 }  // namespace
 
+/// Reads Tinker's coordinates and archives, with or without a box. The names give the elements, and
+/// a note says so. Types are the numbers of the force field.
 constinit const ParticleFormat tinker_format{.name = "Tinker",
                                              .extensions = {".txyz", ".arc"},
                                              .frames = true,
                                              .confidence = looks_like_tinker,
-                                             .read = read_tinker};
+                                             .read = read_frame<TinkerFrames>};
 
 }  // namespace parray::input

@@ -440,28 +440,20 @@ class TrrFrames final : public FramesOf<BinaryInput> {
   double time_ = 0;
 };
 
-Particles read_xtc(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<XtcFrames>(file, request);
-}
-
-Particles read_trr(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<TrrFrames>(file, request);
-}
-
 }  // namespace
 
 constinit const ParticleFormat xtc_format{.name = "XTC",
                                           .extensions = {".xtc"},
                                           .frames = true,
                                           .confidence = looks_like_xtc,
-                                          .read = read_xtc,
+                                          .read = read_frame<XtcFrames>,
                                           .holds = ParticleFormat::Holds::positions};
 
 constinit const ParticleFormat trr_format{.name = "TRR",
                                           .extensions = {".trr"},
                                           .frames = true,
                                           .confidence = looks_like_trr,
-                                          .read = read_trr,
+                                          .read = read_frame<TrrFrames>,
                                           .holds = ParticleFormat::Holds::positions};
 
 }  // namespace parray::input

@@ -303,6 +303,8 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   std::uint64_t count_ = 0;
 };
 
+}  // namespace
+
 /// Reads XYZ: a count, a comment, then a name and three numbers per line. Ignores further columns.
 /// A name is a symbol, an atomic number or any other text (element unknown). Numbers are types,
 /// with a note, if the comment is that of LAMMPS or if they go from 1 on without a gap.
@@ -310,16 +312,10 @@ class XyzFrames final : public FramesOf<ParticleInput> {
 /// Z), pos, type, radius and color. Colours are linear from 0 to 1 (type R) or 8-bit sRGB (type I).
 /// Other properties are numbers on request: vectors as name_x, name_y, name_z, and their length as
 /// name. Lattice, Origin and pbc are the cell. Time or, without it, the step is the time.
-Particles read_xyz(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<XyzFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat xyz_format{.name = "XYZ",
                                           .extensions = {".xyz", ".extxyz"},
                                           .frames = true,
                                           .confidence = looks_like_xyz,
-                                          .read = read_xyz};
+                                          .read = read_frame<XyzFrames>};
 
 }  // namespace parray::input
