@@ -26,10 +26,7 @@ void check_material(const ParticleMaterial& material) {
 
 /// Returns whether `value` is that of a flag that the user gave.
 bool is_set_flag(const bool& value) { return value; }
-template <typename T>
-bool is_set_flag(const T& /*value of an option*/) {
-  return false;
-}
+bool is_set_flag(const auto& /*value of an option*/) { return false; }
 
 }  // namespace
 

@@ -61,8 +61,7 @@ class GsdFile {
   /// the chunk. Only reading finds the end of a packed file.
   void check(const GsdChunk& chunk) const;
   /// Calls `put(value)` with each number of the chunk as a double, row by row.
-  template <typename Put>
-  void numbers(const GsdChunk& chunk, const Put& put);
+  void numbers(const GsdChunk& chunk, const auto& put);
   static constexpr std::uint32_t max_text_bytes = 1U << 16;
   /// Returns the rows of a chunk of bytes as texts, each up to its first zero byte. Fails for rows
   /// of more than max_text_bytes.

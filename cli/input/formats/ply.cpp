@@ -52,9 +52,8 @@ class PlyRows {
   bool read(const char* rows, std::size_t count, Particles& out, std::size_t first) const;
 
  private:
-  template <typename Put>
   bool read_property(std::size_t property, const char* rows, std::size_t count, double least,
-                     double most, const Put& put) const;
+                     double most, const auto& put) const;
   bool read_vectors(const std::array<std::size_t, 3>& properties, const char* rows,
                     std::size_t count, double least, double most, Vec3d* to) const;
 

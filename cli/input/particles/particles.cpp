@@ -34,8 +34,7 @@ void for_each_column(Particles& particles, const auto& work) {
   work(particles.positions);
 }
 
-template <typename T>
-void keep_in(std::vector<T>& column, const ParticleMask& mask) {
+void keep_in(auto& column, const ParticleMask& mask) {
   if (column.empty()) return;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < mask.size(); ++i) {
