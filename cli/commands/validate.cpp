@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -36,8 +37,7 @@ constexpr std::size_t most_names = 100;
 /// Returns {name: count} with at most `most_names` entries, the most frequent ones.
 json counts_json(NameCounts counts) {
   if (counts.size() > most_names) {
-    std::ranges::stable_sort(counts,
-                             [](const auto& a, const auto& b) { return a.second > b.second; });
+    std::ranges::stable_sort(counts, std::greater(), [](const auto& pair) { return pair.second; });
     counts.resize(most_names);
   }
   json map = json::object();
@@ -79,8 +79,7 @@ std::string names_text(const json& counts) {
   constexpr std::size_t most = 12;
   std::vector<std::pair<std::string, std::uint64_t>> sorted;
   for (const auto& [name, count] : counts.items()) sorted.emplace_back(name, count);
-  std::ranges::stable_sort(sorted,
-                           [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::ranges::stable_sort(sorted, std::greater(), [](const auto& pair) { return pair.second; });
   std::string text;
   for (std::size_t i = 0; i < std::min(sorted.size(), most); ++i) {
     text +=

@@ -43,7 +43,7 @@ bool alike(const Legend& a, const Legend& b) {
 }
 
 void add_entry(std::vector<LegendEntry>& entries, LegendEntry more) {
-  const auto same = std::find_if(entries.begin(), entries.end(), [&](const LegendEntry& entry) {
+  const auto same = std::ranges::find_if(entries, [&](const LegendEntry& entry) {
     return entry.name == more.name && entry.color == more.color;
   });
   if (same == entries.end()) {
@@ -57,8 +57,8 @@ void add_entry(std::vector<LegendEntry>& entries, LegendEntry more) {
 
 void add_legend(std::vector<Legend>& legends, Legend more) {
   if (more.empty()) return;
-  const auto there = std::find_if(legends.begin(), legends.end(),
-                                  [&](const Legend& legend) { return alike(legend, more); });
+  const auto there =
+      std::ranges::find_if(legends, [&](const Legend& legend) { return alike(legend, more); });
   if (there == legends.end()) {
     legends.push_back(std::move(more));
     return;

@@ -22,7 +22,7 @@ template <typename T>
 T binary_value(const char* from, bool swapped) {
   std::array<char, sizeof(T)> own{};
   std::memcpy(own.data(), from, sizeof(T));
-  if (swapped) std::reverse(own.begin(), own.end());
+  if (swapped) std::ranges::reverse(own);
   return std::bit_cast<T>(own);
 }
 

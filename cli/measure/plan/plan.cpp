@@ -267,13 +267,12 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
     all.push_back(chooser.uniform(sampler));
   }
   const auto unsure = [&](const Choice& choice) { return choice.keeps < goal.confidence - 1e-6; };
-  if (goal.seconds > 0 && !std::all_of(all.begin(), all.end(), unsure)) std::erase_if(all, unsure);
+  if (goal.seconds > 0 && !std::ranges::all_of(all, unsure)) std::erase_if(all, unsure);
   const auto cost = [&](const Choice& choice) {
     return std::tuple(choice.samples_per_pixel > 0, unsure(choice),
                       goal.error > 0 ? choice.seconds.value : choice.error.value);
   };
-  std::stable_sort(all.begin(), all.end(),
-                   [&](const Choice& a, const Choice& b) { return cost(a) < cost(b); });
+  std::ranges::stable_sort(all, {}, cost);
   return all;
 }
 

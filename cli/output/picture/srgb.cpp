@@ -67,8 +67,7 @@ std::array<double, 256> linear_values() {
 std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear) {
   static const CodeTable table;
   std::vector<std::uint8_t> bytes(linear.size());
-  std::transform(linear.begin(), linear.end(), bytes.begin(),
-                 [](float value) { return table.code(value); });
+  std::ranges::transform(linear, bytes.begin(), [](float value) { return table.code(value); });
   return bytes;
 }
 

@@ -135,7 +135,7 @@ class Outliner {
         const std::uint32_t number = at(u, v);
         if (is_background(number)) continue;
         if (near.empty() ||
-            (near.back() != number && std::find(near.begin(), near.end(), number) == near.end())) {
+            (near.back() != number && std::ranges::find(near, number) == near.end())) {
           near.push_back(number);
         }
       }
