@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "common/base/bands.h"
 #include "common/base/error.h"
@@ -155,14 +156,9 @@ TurnAxis axis_of(const Viewpoint& view) {
 
 /// Returns the middle of the spheres' extents along the coordinate axes.
 Vec3d middle_of(std::span<const Sphere> spheres) {
-  Vec3d low = spheres.front().center;
-  Vec3d high = low;
-  for (const Sphere& sphere : spheres) {
-    const Vec3d& c = sphere.center;
-    low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
-    high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
-  }
-  return 0.5 * low + 0.5 * high;
+  PositionBounds bounds{spheres.front().center};
+  for (const Sphere& sphere : spheres) bounds.add(sphere.center);
+  return 0.5 * bounds.low + 0.5 * bounds.high;
 }
 
 /// Returns the spheres at many angles of a turntable.
