@@ -19,6 +19,7 @@
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
@@ -292,9 +293,7 @@ json facts_of(const ValidateCommand& command) {
 }
 
 std::string list_of(const json& names) {
-  std::string text;
-  for (const json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
-  return text.empty() ? "none" : text;
+  return names.empty() ? "none" : joined(names.get<std::vector<std::string>>(), ", ");
 }
 
 std::string origin_text(const json& origin) {

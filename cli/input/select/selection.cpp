@@ -130,9 +130,7 @@ ParticleMask Selection::mask(const Particles& particles, int threads) const {
 std::string Selection::what_there_is(const Particles& particles) const {
   std::vector<std::string> texts;
   describe(root_, particles, texts);
-  std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "there are " : "; ") + text;
-  return all;
+  return texts.empty() ? "" : "there are " + base::joined(texts, "; ");
 }
 
 std::string slice_as_selection(std::string_view text) {
