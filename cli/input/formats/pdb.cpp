@@ -151,17 +151,13 @@ constexpr Dialect pdb_dialect{read_pdb_record, false};
 constexpr Dialect pdbqt_dialect{read_pdbqt_record, false};
 constexpr Dialect pqr_dialect{read_pqr_record, true};
 
-bool is_record(std::string_view line, std::string_view name) {
-  return line.size() >= name.size() && lower_case(line.substr(0, name.size())) == name;
-}
-
 bool is_model(std::string_view line) {
-  return is_record(line, "model") && (line.size() == 5 || line[5] == ' ' || line[5] == '\t');
+  return is_record(line, "MODEL") && (line.size() == 5 || line[5] == ' ' || line[5] == '\t');
 }
 
 bool ends_frame(std::string_view line) {
   if (line.empty() || (line[0] != 'E' && line[0] != 'e')) return false;
-  return is_record(line, "endmdl") || lower_case(trimmed(line)) == "end";
+  return is_record(line, "ENDMDL") || lower_case(trimmed(line)) == "end";
 }
 
 /// Reads lengths and angles from the columns of CRYST1. A cell of 1 x 1 x 1 is a placeholder (NMR
@@ -199,10 +195,10 @@ ConectBonds bonds_after_models(ParticleInput input) {
   while (input.next_line()) {
     const std::string_view line = input.line();
     if (!models && is_atom_record(line)) break;
-    if (is_model(line) || is_record(line, "endmdl")) {
+    if (is_model(line) || is_record(line, "ENDMDL")) {
       models = true;
       bonds.clear();
-    } else if (is_record(line, "conect")) {
+    } else if (is_record(line, "CONECT")) {
       bonds.read(line);
     }
   }
@@ -292,8 +288,8 @@ class PdbFrames final : public FramesOf<ParticleInput> {
   void look_at_line() {
     const std::string_view line = input_.line();
     if (line.empty() || ascii::lower(line[0]) != 'c') return;
-    if (is_record(line, "cryst1")) cell_ = cell_in(line);
-    if (is_record(line, "conect")) bonds_.read(line);
+    if (is_record(line, "CRYST1")) cell_ = cell_in(line);
+    if (is_record(line, "CONECT")) bonds_.read(line);
   }
 
   ParticleRequest request_;

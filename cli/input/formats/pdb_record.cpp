@@ -52,15 +52,6 @@ char record_column(std::string_view line, std::size_t at) {
 
 double number_or_unknown(std::string_view text) { return number_in(text).value_or(not_known); }
 
-bool same_word(std::string_view line, std::string_view word) {
-  if (line.size() < word.size()) return false;
-  for (std::size_t i = 0; i < word.size(); ++i) {
-    const char c = line[i];
-    if ((c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c) != word[i]) return false;
-  }
-  return true;
-}
-
 /// Parses "2+", "1-" or "+2". Returns not_known for other texts.
 double formal_charge(std::string_view text) {
   if (text.size() != 2) return not_known;
@@ -319,10 +310,15 @@ std::optional<std::string_view> read_shared(std::string_view line, std::string& 
 
 }  // namespace
 
+bool is_record(std::string_view line, std::string_view name) {
+  return std::ranges::equal(line.substr(0, name.size()), name, {},
+                            [](char c) { return ascii::upper(c); });
+}
+
 bool is_atom_record(std::string_view line) {
   if (line.size() < 7) return false;
-  if (same_word(line, "HETATM")) return true;
-  return same_word(line, "ATOM") && (ascii::is_blank(line[4]) || ascii::is_digit(line[4]));
+  if (is_record(line, "HETATM")) return true;
+  return is_record(line, "ATOM") && (ascii::is_blank(line[4]) || ascii::is_digit(line[4]));
 }
 
 void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record) {
