@@ -13,6 +13,7 @@
 #include "common/base/bands.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/math/largest_component.h"
 #include "common/scene/limits.h"
 
 namespace parray::input {
@@ -318,10 +319,6 @@ Sphere wall_behind(const Axes& view, double reach, const Camera& camera, double 
   const double distance = far * reach;
   const double radius = std::min(sine * (distance + camera.focus_distance), distance - 2 * reach);
   return {view.center - distance * view.back, radius, 0};
-}
-
-double largest_component(const Vec3d& v) {
-  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
 void check(const Surroundings& around) {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "cli/output/labels/camera_film.h"
+#include "cli/output/labels/coverage.h"
 #include "common/base/bands.h"
 
 namespace parray::postprocess {
@@ -68,10 +69,6 @@ struct Silhouette {
   Point outwards;   ///< unit vector in the picture
   Point nearest;    ///< point of the silhouette
 };
-
-double line_share_at(double distance, double width) {
-  return std::clamp(width / 2 + 0.5 - std::abs(distance), 0.0, std::min(width, 1.0));
-}
 
 class Outliner {
  public:
@@ -194,7 +191,7 @@ class Outliner {
     const Shape shape = shape_of(number);
     const std::optional<Silhouette> line = silhouette(shape, pixel);
     if (!line) return 0;
-    const double share = line_share_at(line->distance, line_width_);
+    const double share = line_share(std::abs(line->distance), line_width_);
     if (share <= 0) return 0;
     const double depth = sight(line->nearest).nearest_depth(shape);
     if (!(depth > 0)) return 0;
