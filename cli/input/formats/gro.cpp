@@ -164,7 +164,7 @@ class GroFrames final : public FramesOf<ParticleInput> {
     atoms.add(atom);
     std::array<double, 3> velocity{};
     for (std::size_t i = 0; i < velocity.size(); ++i) {
-      velocity[i] = angstrom_per_nm * number_in(number(3 + i)).value_or(not_known);
+      velocity[i] = angstrom_per_nm * number_or_nan(number(3 + i));
     }
     atoms.numbers(velocity);
   }

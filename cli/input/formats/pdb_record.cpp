@@ -50,8 +50,6 @@ char record_column(std::string_view line, std::size_t at) {
   return line.size() < at ? ' ' : line[at - 1];
 }
 
-double number_or_unknown(std::string_view text) { return number_in(text).value_or(not_known); }
-
 /// Parses "2+", "1-" or "+2". Returns not_known for other texts.
 double formal_charge(std::string_view text) {
   if (text.size() != 2) return not_known;
@@ -143,8 +141,8 @@ void read_columns(std::string_view line, const Vec3d& position, AtomRecord& reco
   record.two_letters = has_two_letters(line, record.name);
   read_residue(line, record);
   read_number(line, record);
-  record.occupancy = number_or_unknown(record_field(line, 55, 60));
-  record.b_factor = number_or_unknown(record_field(line, 61, 66));
+  record.occupancy = number_or_nan(record_field(line, 55, 60));
+  record.b_factor = number_or_nan(record_field(line, 61, 66));
 }
 
 /// Replaces tabs by blanks up to the next multiple of eight columns. Removes digits of a serial
@@ -338,12 +336,12 @@ void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord
   std::string aligned;
   const auto fixed = read_shared(line, aligned, place, record);
   if (fixed) {
-    record.charge = number_or_unknown(record_field(*fixed, 67, 76));
+    record.charge = number_or_nan(record_field(*fixed, 67, 76));
     record.type = record_field(*fixed, 78, 80);
   } else {
     const RecordWords words(line);
     record.type = words[words.size() - 1];
-    record.charge = number_or_unknown(words[words.size() - 2]);
+    record.charge = number_or_nan(words[words.size() - 2]);
   }
   record.element = element_of_autodock_type(record.type);
 }

@@ -9,6 +9,7 @@
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/frames.h"
+#include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
@@ -394,9 +395,7 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
            in_number(header_.atoms, "atom of an unknown element", "atoms of unknown elements") +
                ", because the file names none"});
     } else if (header_.from_title && !named_by_rows_) {
-      notes.push_back(
-          {"guessed_elements", header_.atoms,
-           in_number(header_.atoms, "element", "elements") + " taken from the file's title"});
+      notes.push_back(guessed_elements_note(header_.atoms, "taken from the file's title"));
     }
   }
 

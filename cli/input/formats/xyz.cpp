@@ -7,6 +7,7 @@
 #include "cli/input/formats/table_shape.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
+#include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
 #include "common/base/printable.h"
@@ -233,9 +234,7 @@ void distinguish_types_from_elements(std::string_view comment, Particles& partic
     });
     if (numbers > 0) {
       particles.facts.notes.push_back(
-          {"guessed_elements", static_cast<std::uint64_t>(numbers),
-           in_number(static_cast<std::uint64_t>(numbers), "element", "elements") +
-               " given by atomic numbers"});
+          guessed_elements_note(static_cast<std::uint64_t>(numbers), "given by atomic numbers"));
     }
     return;
   }
