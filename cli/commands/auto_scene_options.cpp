@@ -1,6 +1,5 @@
 #include "cli/commands/auto_scene_options.h"
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <span>

@@ -1,7 +1,6 @@
 #include "cli/commands/particle_options.h"
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
 
 #include "cli/commands/options.h"

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <utility>
 
 #include "cli/check/doctor/extremes.h"
 #include "cli/check/doctor/floating_point.h"

@@ -5,8 +5,6 @@
 #include <atomic>
 #include <exception>
 #include <sstream>
-#include <utility>
-#include <vector>
 
 #include "cli/farm/direct_render.h"
 #include "cli/output/text.h"

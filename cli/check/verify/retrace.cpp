@@ -1,6 +1,5 @@
 #include "cli/check/verify/retrace.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>

@@ -2,7 +2,6 @@
 #include <array>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/formats/bond_fields.h"

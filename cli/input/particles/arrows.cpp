@@ -4,7 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <utility>
 
 #include "cli/input/particles/beads.h"
 #include "cli/input/particles/file_place.h"

@@ -8,7 +8,6 @@
 
 #include "cli/input/particles/particle_summary.h"
 #include "cli/input/particles/residues.h"
-#include "cli/input/select/columns.h"
 #include "cli/input/select/neighbour_grid.h"
 #include "common/base/bands.h"
 #include "common/base/error.h"

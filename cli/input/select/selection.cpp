@@ -8,7 +8,6 @@
 #include "cli/input/particles/elements.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/condition.h"
-#include "cli/input/select/expression.h"
 #include "cli/input/select/text_range.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"

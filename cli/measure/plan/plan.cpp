@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
-#include <utility>
 
 #include "cli/output/text.h"
 #include "common/adaptive/noise_model.h"

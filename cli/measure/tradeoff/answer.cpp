@@ -1,7 +1,6 @@
 #include "cli/measure/tradeoff/answer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "cli/output/text.h"

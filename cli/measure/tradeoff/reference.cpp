@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 
 #include "cli/measure/tradeoff/variant.h"
 #include "cli/output/picture/image_file.h"
