@@ -254,8 +254,7 @@ class DataFile {
   void add_bond() {
     if (words_.size() < 4) {
       input_.fail(
-          "the line needs number, type and two atoms of a bond: check that the file is "
-          "complete");
+          "the line needs number, type and two atoms of a bond: check that the file is complete");
     }
     bonds_.push_back(numbers_.bond(words_[2], words_[3], input_.place()));
   }

@@ -164,8 +164,7 @@ DumpHeader read_header(ParticleInput& input) {
     const std::string_view line = input.line();
     if (!line.starts_with(item_mark)) {
       input.fail("'" + printable(line) +
-                 "' is not a line 'ITEM: ...': check that this is a LAMMPS "
-                 "text dump");
+                 "' is not a line 'ITEM: ...': check that this is a LAMMPS text dump");
     }
     if (line.starts_with(atoms)) {
       if (!header.count) {

@@ -33,8 +33,7 @@ constexpr std::array<GaffTypes, 10> gaff_types{
     {{" h1 h2 h3 h4 h5 ha hc hn ho hp hs hw hx ", 1},
      {" c c1 c2 c3 c5 c6 ca cc cd ce cf cg ch cp cq cs cu cv cx cy cz ", 6},
      {" n n1 n2 n3 n4 n5 n6 n7 n8 n9 n+ na nb nc nd ne nf nh ni nj nk nl nm nn no np nq ns nt nu "
-      "nv "
-      "nx ny nz ",
+      "nv nx ny nz ",
       7},
      {" o oh op oq os ow ", 8},
      {" f ", 9},
@@ -162,8 +161,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   void add_bond(AtomColumns& atoms) const {
     if (words_.size() < 3) {
       input_.fail(
-          "the line needs number, two atoms and type of a bond: check that the file is "
-          "complete");
+          "the line needs number, two atoms and type of a bond: check that the file is complete");
     }
     if (words_.size() > 3 && words_[3] == "nc") return;
     if (atoms.count() == 0) {

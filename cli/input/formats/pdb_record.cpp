@@ -281,8 +281,7 @@ bool read_loose(std::string_view line, AtomRecord& record) {
     number_field(record_field(line, first, first + 7), std::string(name), place);
   }
   place.fail(
-      "text precedes the coordinates in columns 31 to 54: check that the columns are not "
-      "shifted");
+      "text precedes the coordinates in columns 31 to 54: check that the columns are not shifted");
 }
 
 /// Reads the part of a record that PDB and PDBQT share. Returns the line with its columns aligned.

@@ -229,8 +229,7 @@ Particles read_particles(PackedFile& file, const ParticleRequest& request) {
   if (format.holds == ParticleFormat::Holds::names) {
     FilePlace{file.name()}.fail(
         "a " + std::string(format.name) +
-        " file has no positions: name a trajectory, and give this file as its "
-        "topology");
+        " file has no positions: name a trajectory, and give this file as its topology");
   }
   if (request.topology.empty()) {
     Particles particles = read(file, format, request);
