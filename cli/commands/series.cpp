@@ -43,20 +43,17 @@ struct ListedFrame {
   [[nodiscard]] std::string why() const { return state + (reason.empty() ? "" : ": " + reason); }
 };
 
+/// Throws InputError for a job that is no series, and json::exception for a damaged answer.
 std::vector<ListedFrame> listed_frames(const json& map) {
   if (!map.contains("frame_list")) {
     throw InputError("job " + map.value("id", json()).dump() +
                      " is not a series of frames: use the name of one picture, without #");
   }
   std::vector<ListedFrame> frames;
-  try {
-    for (const json& entry : map.at("frame_list")) {
-      frames.push_back({entry.at("frame"), entry.at("job"),
-                        printable(entry.at("state").get<std::string>()),
-                        printable(entry.at("reason").get<std::string>(), 500)});
-    }
-  } catch (const json::exception& error) {
-    throw RunError(std::string("reading the coordinator's answer: ") + error.what());
+  for (const json& entry : map["frame_list"]) {
+    frames.push_back({entry.at("frame"), entry.at("job"),
+                      printable(entry.at("state").get<std::string>()),
+                      printable(entry.at("reason").get<std::string>(), 500)});
   }
   return frames;
 }
