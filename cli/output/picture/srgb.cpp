@@ -77,4 +77,9 @@ Vec3d linear_of_srgb8(const Vec3d& color) {
           values[static_cast<std::size_t>(color.z)]};
 }
 
+Vec3d linear_of_code(std::uint32_t code) {
+  const auto channel = [code](int shift) { return static_cast<double>((code >> shift) & 0xFFU); };
+  return linear_of_srgb8({channel(16), channel(8), channel(0)});
+}
+
 }  // namespace parray::picture
