@@ -77,6 +77,7 @@ class BinaryInput {
   [[nodiscard]] std::uint64_t position() const { return input_.position(); }
   [[nodiscard]] const FilePlace& place() const { return input_.place(); }
   [[noreturn]] void fail(std::string_view problem) const { input_.fail(problem); }
+  [[noreturn]] void fail_damaged(std::string_view problem) const { place().fail_damaged(problem); }
 
  private:
   [[noreturn]] void fail_end() const {

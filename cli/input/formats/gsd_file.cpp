@@ -33,10 +33,6 @@ GsdFile::GsdFile(PackedFile& file) : file_(file), place_{file.name()} {
   read_header();
 }
 
-void GsdFile::fail_damaged(std::string_view problem) const {
-  fail(std::string(problem) + ": the file is probably damaged, copy it again");
-}
-
 void GsdFile::expect(std::uint64_t location, std::uint64_t bytes) const {
   if (location > largest_file_bytes || bytes > largest_file_bytes) {
     fail_damaged("the file states an impossible place or size of data");

@@ -71,7 +71,7 @@ class GsdFile {
   [[nodiscard]] std::optional<std::uint64_t> size() const { return file_.size(); }
   [[nodiscard]] const FilePlace& place() const { return place_; }
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
-  [[noreturn]] void fail_damaged(std::string_view problem) const;
+  [[noreturn]] void fail_damaged(std::string_view problem) const { place_.fail_damaged(problem); }
 
  private:
   static constexpr std::size_t block_bytes = std::size_t{1} << 16;

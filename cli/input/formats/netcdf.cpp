@@ -192,9 +192,7 @@ class HeaderReader {
     }
   }
 
-  [[noreturn]] void fail_damaged() const {
-    input_.fail("the netCDF header is not valid: the file is probably damaged, copy it again");
-  }
+  [[noreturn]] void fail_damaged() const { input_.fail_damaged("the netCDF header is not valid"); }
 
   static constexpr std::uint32_t type_char = 2;
   static constexpr std::uint32_t type_float = 5;
@@ -295,9 +293,7 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     input_.skip(offset - input_.position());
   }
 
-  [[noreturn]] void fail_damaged() const {
-    input_.fail("the variables overlap: the file is probably damaged, copy it again");
-  }
+  [[noreturn]] void fail_damaged() const { input_.fail_damaged("the variables overlap"); }
 
   std::vector<double> take(const NetcdfVariable& variable) {
     go_to(offset_of(variable));

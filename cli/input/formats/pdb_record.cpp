@@ -289,7 +289,7 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 std::optional<std::string_view> read_shared(std::string_view line, std::string& aligned,
                                             const FilePlace& place, AtomRecord& record) {
   if (line.find('\0') != std::string_view::npos) {
-    place.fail("the record contains a zero byte: the file is probably damaged, copy it again");
+    place.fail_damaged("the record contains a zero byte");
   }
   const bool tabs = line.find('\t') != std::string_view::npos;
   auto position = tabs ? std::nullopt : columns_position(line);
