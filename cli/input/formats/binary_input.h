@@ -80,9 +80,7 @@ class BinaryInput {
   [[noreturn]] void fail_damaged(std::string_view problem) const { place().fail_damaged(problem); }
 
  private:
-  [[noreturn]] void fail_end() const {
-    fail("the file ends within its data: check that the file is complete");
-  }
+  [[noreturn]] void fail_end() const { place().fail_incomplete("the file ends within its data"); }
 
   ParticleInput input_;
   bool swapped_;

@@ -110,9 +110,7 @@ class GroFrames final : public FramesOf<ParticleInput> {
       count_ = count_field(trimmed(title_), input_.place());
       return true;
     }
-    if (!input_.next_line()) {
-      input_.fail("the file ends after its title: check that the file is complete");
-    }
+    if (!input_.next_line()) input_.fail_incomplete("the file ends after its title");
     count_ = count_field(trimmed(input_.line()), input_.place());
     return true;
   }

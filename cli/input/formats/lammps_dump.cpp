@@ -30,9 +30,7 @@ struct DumpLayout {
 };
 
 void next_data_line(ParticleInput& input) {
-  if (!input.next_line()) {
-    input.fail("the file ends within its header: check that the file is complete");
-  }
+  if (!input.next_line()) input.fail_incomplete("the file ends within its header");
 }
 
 using BoxRows = std::array<std::array<double, 4>, 3>;
@@ -175,7 +173,7 @@ DumpHeader read_header(ParticleInput& input) {
     }
     read_item(input, header);
   } while (input.next_line());
-  input.fail("the frame has no ITEM: ATOMS: check that the file is complete");
+  input.fail_incomplete("the frame has no ITEM: ATOMS");
 }
 
 class DumpFrames final : public FramesOf<ParticleInput> {

@@ -137,9 +137,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   void add_atom(AtomColumns& atoms) const {
     constexpr std::size_t least = 6;  // id name x y z type
     if (words_.size() < least) {
-      input_.fail(
-          "the line needs number, name, x, y, z and type of an atom: check that the file is "
-          "complete");
+      input_.fail_incomplete("the line needs number, name, x, y, z and type of an atom");
     }
     Atom atom;
     atom.name = words_[1];
@@ -160,8 +158,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   /// atoms are not connected.
   void add_bond(AtomColumns& atoms) const {
     if (words_.size() < 3) {
-      input_.fail(
-          "the line needs number, two atoms and type of a bond: check that the file is complete");
+      input_.fail_incomplete("the line needs number, two atoms and type of a bond");
     }
     if (words_.size() > 3 && words_[3] == "nc") return;
     if (atoms.count() == 0) {

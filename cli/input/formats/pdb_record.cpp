@@ -273,9 +273,7 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 
 [[noreturn]] void fail_position(std::string_view line, const FilePlace& place) {
   if (line.size() < 54) {
-    place.fail(
-        "the record ends before column 54, the last of its coordinates: check that the file is "
-        "complete");
+    place.fail_incomplete("the record ends before column 54, the last of its coordinates");
   }
   for (const auto& [name, first] : {std::pair{"x", 31U}, {"y", 39U}, {"z", 47U}}) {
     number_field(record_field(line, first, first + 7), std::string(name), place);

@@ -304,9 +304,8 @@ void check_size(const PlyHeader& header, const ParticleInput& input) {
   }
   if (header.format == PlyFormat::ascii) needed -= std::min<std::uint64_t>(needed, 1);
   if (needed > *left) {
-    input.fail("the header requires at least " + std::to_string(needed) +
-               " bytes of data, but only " + std::to_string(*left) +
-               " follow it: check that the file is complete");
+    input.fail_incomplete("the header requires at least " + std::to_string(needed) +
+                          " bytes of data, but only " + std::to_string(*left) + " follow it");
   }
 }
 

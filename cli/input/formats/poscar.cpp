@@ -156,7 +156,7 @@ class PoscarHeaderReader {
  private:
   void next_line() {
     if (input_.next_line()) return;
-    input_.fail("the file ends within its header: check that the file is complete");
+    input_.fail_incomplete("the file ends within its header");
   }
 
   Vec3d take_vector(const char* remedy) {

@@ -109,7 +109,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     for (int line = 0; line < 4; ++line) {
       if (!input_.next_line()) {
         if (blank) return false;
-        input_.fail("the file ends within a molecule's header: check that the file is complete");
+        input_.fail_incomplete("the file ends within a molecule's header");
       }
       blank = blank && trimmed(input_.line()).empty();
     }
@@ -121,13 +121,9 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   }
 
   void go_on() {
-    if (!input_.next_line()) {
-      input_.fail("the file ends within a molecule: check that the file is complete");
-    }
+    if (!input_.next_line()) input_.fail_incomplete("the file ends within a molecule");
     if (!ends_molecule(input_.line())) return;
-    if (atoms_ + bonds_ == 0) {
-      input_.fail("the molecule has no line 'M  V30 COUNTS': check that the file is complete");
-    }
+    if (atoms_ + bonds_ == 0) input_.fail_incomplete("the molecule has no line 'M  V30 COUNTS'");
     input_.fail("the molecule ends before its " + std::to_string(atoms_) + " atoms and " +
                 std::to_string(bonds_) + " bonds: check these numbers");
   }

@@ -256,9 +256,7 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   bool next() override {
     if (!at_count_) return false;
     count_ = count_field(trimmed(input_.line()), input_.place());
-    if (!input_.next_line()) {
-      input_.fail("the file ends before its comment line: check that the file is complete");
-    }
+    if (!input_.next_line()) input_.fail_incomplete("the file ends before its comment line");
     return true;
   }
 

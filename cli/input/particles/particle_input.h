@@ -65,6 +65,9 @@ class ParticleInput {
   /// Returns the place of the line or bytes that were read last.
   [[nodiscard]] const FilePlace& place() const { return place_; }
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
+  [[noreturn]] void fail_incomplete(std::string_view problem) const {
+    place_.fail_incomplete(problem);
+  }
 
  private:
   [[noreturn]] void fail_within(std::uint64_t done, std::uint64_t count,
