@@ -56,7 +56,7 @@ std::optional<ParticleCell> dcd_cell(const std::array<double, 6>& six) {
 
 class DcdFrames final : public FramesOf<BinaryInput> {
  public:
-  DcdFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {
+  DcdFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file, request) {
     read_header();
   }
 

@@ -95,7 +95,7 @@ std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& p
 
 class GroFrames final : public FramesOf<ParticleInput> {
  public:
-  GroFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     bool blank = false;
@@ -167,7 +167,6 @@ class GroFrames final : public FramesOf<ParticleInput> {
     atoms.numbers(velocity);
   }
 
-  ParticleRequest request_;
   std::string title_;
   std::uint64_t count_ = 0;
 };

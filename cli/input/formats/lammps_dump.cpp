@@ -178,7 +178,7 @@ DumpHeader read_header(ParticleInput& input) {
 
 class DumpFrames final : public FramesOf<ParticleInput> {
  public:
-  DumpFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+  DumpFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file, request) {
     at_frame_ = input_.next_filled_line();
   }
 
@@ -244,7 +244,6 @@ class DumpFrames final : public FramesOf<ParticleInput> {
     }
   }
 
-  const ParticleRequest& request_;
   bool at_frame_ = false;  // true: at the first line of the next frame
   DumpHeader header_;
   std::string length_unit_;  // UNITS is in the first frame only

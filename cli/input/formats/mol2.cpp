@@ -82,7 +82,7 @@ std::pair<std::string_view, std::optional<std::int32_t>> residue_in(std::string_
 /// Reads the molecules one by one. Each begins with its @<TRIPOS>MOLECULE.
 class Mol2Frames final : public FramesOf<ParticleInput> {
  public:
-  Mol2Frames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+  Mol2Frames(PackedFile& file, const ParticleRequest& request) : FramesOf(file, request) {
     while (go_to_section() && section_ != "MOLECULE") {
     }
   }
@@ -175,7 +175,6 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
     return cell_from({a, b, c}, {alpha, beta, gamma});
   }
 
-  ParticleRequest request_;
   std::string section_;
   bool at_heading_ = false;
   std::vector<std::string_view> words_;

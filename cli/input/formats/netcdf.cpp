@@ -231,8 +231,8 @@ NetcdfHeader read_netcdf_header(BinaryInput& input) { return HeaderReader(input)
 /// 1.0.
 class NetcdfFrames final : public FramesOf<BinaryInput> {
  public:
-  NetcdfFrames(PackedFile& file, const ParticleRequest& /*request*/)
-      : FramesOf(file), header_(read_netcdf_header(input_)) {
+  NetcdfFrames(PackedFile& file, const ParticleRequest& request)
+      : FramesOf(file, request), header_(read_netcdf_header(input_)) {
     positions_ = header_.find("coordinates");
     if (positions_ == nullptr || positions_->type == NetcdfType::other ||
         positions_->shape.size() != 2 || positions_->shape[1] != 3) {

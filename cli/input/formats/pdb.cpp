@@ -225,7 +225,7 @@ template <const Dialect& Rules>
 class PdbFrames final : public FramesOf<ParticleInput> {
  public:
   PdbFrames(PackedFile& file, const ParticleRequest& request)
-      : FramesOf(file), request_(request), bonds_of_all_(bonds_of_all_models(file)) {
+      : FramesOf(file, request), bonds_of_all_(bonds_of_all_models(file)) {
     go_to_frame();
   }
 
@@ -292,7 +292,6 @@ class PdbFrames final : public FramesOf<ParticleInput> {
     if (is_record(line, "CONECT")) bonds_.read(line);
   }
 
-  ParticleRequest request_;
   std::optional<ParticleCell> cell_;
   ConectBonds bonds_;
   ConectBonds bonds_of_all_;  // of frames that have no CONECT records of their own

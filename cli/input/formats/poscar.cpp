@@ -234,7 +234,7 @@ constexpr std::array<std::string_view, 3> velocity_names{"vx", "vy", "vz"};
 class PoscarFrames final : public FramesOf<ParticleInput> {
  public:
   PoscarFrames(PackedFile& file, const ParticleRequest& request)
-      : FramesOf(file), request_(request), at_frame_(input_.next_line()) {}
+      : FramesOf(file, request), at_frame_(input_.next_line()) {}
 
   bool next() override {
     if (!at_frame_ || at_row_) return at_frame_;
@@ -399,7 +399,6 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
     }
   }
 
-  ParticleRequest request_;
   PoscarHeader header_;
   bool at_frame_;                        // true: at the first line of the next frame
   bool at_row_ = false;                  // true: at a row that has not been read

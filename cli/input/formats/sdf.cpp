@@ -60,7 +60,7 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
 /// Reads the molecules one by one. Each has its own header.
 class SdfFrames final : public FramesOf<ParticleInput> {
  public:
-  SdfFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     if (!read_header()) return false;
@@ -215,7 +215,6 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     }
   }
 
-  ParticleRequest request_;
   bool extended_ = false;
   bool charges_listed_ = false;
   std::uint64_t atoms_ = 0;

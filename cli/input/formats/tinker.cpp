@@ -43,8 +43,7 @@ Confidence looks_like_tinker(const FileStart& start) {
 /// Reads the frames one by one. Archives (.arc) have several.
 class TinkerFrames final : public FramesOf<ParticleInput> {
  public:
-  TinkerFrames(PackedFile& file, const ParticleRequest& request)
-      : FramesOf(file), request_(request) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     if (!input_.next_filled_line()) return false;
@@ -113,7 +112,6 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
     }
   }
 
-  ParticleRequest request_;
   std::uint64_t count_ = 0;
   bool at_atom_ = false;  // true: the current line is the first atom
   std::optional<ParticleCell> cell_;

@@ -250,7 +250,7 @@ Particles frame_in_nm(std::vector<Vec3d> positions, const FilePlace& place) {
 
 class XtcFrames final : public FramesOf<BinaryInput> {
  public:
-  XtcFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     if (input_.at_end()) return false;
@@ -334,7 +334,7 @@ class XtcFrames final : public FramesOf<BinaryInput> {
 
 class TrrFrames final : public FramesOf<BinaryInput> {
  public:
-  TrrFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     if (input_.at_end()) return false;

@@ -249,7 +249,7 @@ void distinguish_types_from_elements(std::string_view comment, Particles& partic
 /// Reads frames. Each frame is a count, a comment and `count` rows.
 class XyzFrames final : public FramesOf<ParticleInput> {
  public:
-  XyzFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+  XyzFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file, request) {
     at_count_ = input_.next_line();
   }
 
@@ -295,7 +295,6 @@ class XyzFrames final : public FramesOf<ParticleInput> {
     input_.fail("text follows the last particle: check the number of particles in the frame");
   }
 
-  const ParticleRequest& request_;
   bool at_count_ = false;  // true: at the count of the next frame
   std::uint64_t count_ = 0;
 };
