@@ -279,11 +279,9 @@ int compare(const CompareCommand& command) {
     write_image(command.verification, verification.drawn(), {}, {}, check_interrupted);
   }
   const bool excluded = warn_of_excluded(comparisons);
-  if (command.as_json) {
-    print_json(document(command, reference, comparisons, verification.largest()));
-  } else {
-    print_text(command, reference, comparisons, verification.largest());
-  }
+  const float largest = verification.largest();
+  command.as_json ? print_json(document(command, reference, comparisons, largest))
+                  : print_text(command, reference, comparisons, largest);
   return excluded ? 1 : 0;
 }
 

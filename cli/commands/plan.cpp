@@ -284,11 +284,7 @@ int make_and_print(PlanCommand command) {
   check_image_path(command.image);
   const auto plan = make_plan(command);
   if (!plan) throw Interrupted();
-  if (command.as_json) {
-    print_json(document(command, *plan));
-  } else {
-    print_text(command, *plan);
-  }
+  command.as_json ? print_json(document(command, *plan)) : print_text(command, *plan);
   return 0;
 }
 
