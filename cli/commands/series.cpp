@@ -230,10 +230,7 @@ class FrameRun {
   /// Shows the progress of the series, and fetches the finished frames.
   void update() {
     next_update_ = clock_.now() + milliseconds(500);
-    if (!in_series()) {
-      update_jobs();
-      return;
-    }
+    if (!in_series()) return update_jobs();
     if (series_ == 0) return;
     const json map = client_.show_series(series_, pending_.empty() ? 0 : pending_.begin()->first);
     const JobStatus status = job_status(map);
