@@ -1,11 +1,8 @@
 #include "cli/commands/auto_scene_options.h"
 
-#include <algorithm>
 #include <array>
-#include <charconv>
 #include <span>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "cli/commands/options.h"
@@ -32,19 +29,13 @@ Vec3d color_from(const std::string& text) {
   for (const auto& [word, meaning] : words) {
     if (text == word) code = meaning;
   }
-  std::array<unsigned, 3> parts{};
-  bool valid = code.size() == 7 && code[0] == '#';
-  for (std::size_t i = 0; valid && i < parts.size(); ++i) {
-    const char* const from = code.data() + 1 + 2 * i;
-    const auto [end, error] = std::from_chars(from, from + 2, parts[i], 16);
-    valid = error == std::errc() && end == from + 2;
-  }
-  if (!valid) {
+  const auto rgb =
+      code.size() == 7 && code[0] == '#' ? parsed<std::uint32_t>(code.substr(1), 16) : std::nullopt;
+  if (!rgb) {
     throw InputError("'" + printable(text) +
                      "' is not a colour: write white, black, grey, or a code such as #1e90ff");
   }
-  return linear_of_srgb8({static_cast<double>(parts[0]), static_cast<double>(parts[1]),
-                          static_cast<double>(parts[2])});
+  return linear_of_code(*rgb);
 }
 
 template <std::size_t Count>

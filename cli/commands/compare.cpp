@@ -279,11 +279,9 @@ int compare(const CompareCommand& command) {
     write_image(command.verification, verification.drawn(), {}, {}, check_interrupted);
   }
   const bool excluded = warn_of_excluded(comparisons);
-  if (command.as_json) {
-    print_json(document(command, reference, comparisons, verification.largest()));
-  } else {
-    print_text(command, reference, comparisons, verification.largest());
-  }
+  const float largest = verification.largest();
+  command.as_json ? print_json(document(command, reference, comparisons, largest))
+                  : print_text(command, reference, comparisons, largest);
   return excluded ? 1 : 0;
 }
 
@@ -292,22 +290,17 @@ int compare(const CompareCommand& command) {
 void add_compare(CommandLine& line, Action& chosen) {
   Command command = line.command("compare", "Measure how much pictures differ from a reference");
   const auto options = std::make_shared<CompareCommand>();
-  command.option("REF", options->reference, "Reference: a picture in any known format")
-      .required()
-      .forbid_empty()
-      .completes(Completes::files);
+  add_file(command, "REF", options->reference, "Reference: a picture in any known format")
+      .required();
   command.option("IMAGE", options->images, "Pictures to compare with REF; they must have its size")
       .required()
       .forbid_empty()
       .completes(Completes::files);
-  command
-      .option("-o,--output", options->verification,
-              "Write the verification picture: white minus the sum of "
-              "|REF - IMAGE| over all pictures, not scaled (.exr or .png)")
+  add_file(command, "-o,--output", options->verification,
+           "Write the verification picture: white minus the sum of "
+           "|REF - IMAGE| over all pictures, not scaled (.exr or .png)")
       .type_name("V.png")
-      .completes(Completes::files)
-      .group(output_group)
-      .forbid_empty();
+      .group(output_group);
   add_json(command, options->as_json);
   command.example("parray compare reference.exr a.exr b.png -o difference.png",
                   "prints a row for each picture, and draws where they differ");

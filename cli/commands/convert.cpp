@@ -1,8 +1,6 @@
-#include <array>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <string_view>
 #include <utility>
 
 #include "cli/commands/auto_scene_options.h"

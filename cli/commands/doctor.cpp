@@ -78,11 +78,7 @@ int doctor(bool as_json, bool extremes) {
     if (!as_json) print_result(results.back());
   }
   const double seconds = to_seconds(clock.now() - begin);
-  if (as_json) {
-    print_json(to_json(results, seconds));
-  } else {
-    print_summary(results, seconds);
-  }
+  as_json ? print_json(to_json(results, seconds)) : print_summary(results, seconds);
   return status_of(results) == CheckStatus::failed ? 1 : 0;
 }
 

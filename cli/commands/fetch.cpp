@@ -1,6 +1,5 @@
 #include <iostream>
 #include <memory>
-#include <utility>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"

@@ -335,14 +335,11 @@ void add_frames_to(Command& command, FilmCommand& options) {
                   "film that can be repeated")
       .type_name("DEG")
       .group(film_group);
-  command
-      .option("--camera-path", options.course.camera_path,
-              "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. A smooth curve "
-              "joins them")
+  add_file(command, "--camera-path", options.course.camera_path,
+           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. A smooth curve "
+           "joins them")
       .type_name("FILE.json")
-      .completes(Completes::files)
-      .group(film_group)
-      .forbid_empty();
+      .group(film_group);
   add_whole_number(
       command, "--count", 1, limits::max_frames, options.course.count,
       "Number of frames, if the scene has only one (default: 100, or those of the camera path)")
@@ -356,25 +353,19 @@ void add_frames_to(Command& command, FilmCommand& options) {
 }
 
 void add_output_to(Command& command, FilmCommand& options) {
-  command
-      .option("-o,--output", options.film,
-              "Film to write: .mp4, .webm or .gif. The pictures of its frames are in the folder "
-              "beside it: run.frames for run.mp4")
+  add_file(command, "-o,--output", options.film,
+           "Film to write: .mp4, .webm or .gif. The pictures of its frames are in the folder "
+           "beside it: run.frames for run.mp4")
       .type_name("FILM")
-      .completes(Completes::files)
       .group(output_group)
-      .required()
-      .forbid_empty();
+      .required();
   add_real_number(command, "--fps", {0.1, 240}, options.per_second,
                   "Frames per second (default: 25)")
       .group(output_group);
-  command
-      .option("--report", options.report,
-              "Write a report as JSON: error, samples, seconds and hash of each frame")
+  add_file(command, "--report", options.report,
+           "Write a report as JSON: error, samples, seconds and hash of each frame")
       .type_name("FILE.json")
-      .completes(Completes::files)
-      .group(output_group)
-      .forbid_empty();
+      .group(output_group);
   command.flag(denoise_option, options.denoise, "Denoise each frame, and state the remaining error")
       .group(output_group);
   add_quiet(command, options.following.quiet);

@@ -1,6 +1,5 @@
 #include "cli/commands/film_folder.h"
 
-#include <array>
 #include <fstream>
 #include <span>
 #include <system_error>

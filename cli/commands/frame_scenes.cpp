@@ -7,7 +7,6 @@
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/packed_file.h"
-#include "cli/input/particles/selected_particles.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/input/view/silhouette.h"
 #include "cli/output/frame_names.h"

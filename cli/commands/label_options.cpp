@@ -9,7 +9,6 @@
 #include "cli/commands/setting_options.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/output/labels/labels.h"
-#include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
 

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/scene_file.h"

@@ -6,7 +6,6 @@
 #include "cli/commands/printing.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/packed_file.h"
-#include "cli/input/particles/selected_particles.h"
 #include "cli/input/view/auto_scene.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"

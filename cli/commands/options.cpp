@@ -118,15 +118,17 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
       .type_name("N");
 }
 
+Option add_file(Command& command, const std::string& names, std::string& target,
+                const std::string& description) {
+  return command.option(names, target, description).completes(Completes::files).forbid_empty();
+}
+
 void add_scene(Command& command, std::string& scene, const char* name) {
-  command
-      .option(name, scene,
-              "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
-              "GRO, SDF, MOL2, CIF, Tinker, POSCAR, GSD, DCD, XTC, TRR, AMBER NetCDF or AMBER "
-              "restart. It may be compressed by gzip, bzip2, xz or zstd. - is the standard input")
-      .required()
-      .completes(Completes::files)
-      .forbid_empty();
+  add_file(command, name, scene,
+           "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
+           "GRO, SDF, MOL2, CIF, Tinker, POSCAR, GSD, DCD, XTC, TRR, AMBER NetCDF or AMBER "
+           "restart. It may be compressed by gzip, bzip2, xz or zstd. - is the standard input")
+      .required();
 }
 
 double real_number(std::string_view text, NumberRange range) {
@@ -199,14 +201,11 @@ void RenderOptions::add_size_to(Command& command, const std::string& group) {
 }
 
 void RenderOptions::add_like_to(Command& command) {
-  command
-      .option("--like", like_,
-              "Reproduce PICTURE bit for bit, using the settings stored in it. Excludes all other "
-              "options of this group and the next")
+  add_file(command, "--like", like_,
+           "Reproduce PICTURE bit for bit, using the settings stored in it. Excludes all other "
+           "options of this group and the next")
       .type_name("PICTURE")
-      .completes(Completes::files)
-      .group(settings_group)
-      .forbid_empty();
+      .group(settings_group);
   command_ = command;
 }
 
@@ -298,24 +297,13 @@ Boxed<RenderSettings> RenderOptions::over(const RenderSettings& of_scene) const 
 }
 
 void OutputOptions::add_to(Command& command, bool image_required) {
-  image_option_ =
-      command
-          .option(
-              "-o,--output", image_,
-              "Picture to write: .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bits, sRGB)")
-          .type_name("IMAGE")
-          .completes(Completes::files)
-          .group(output_group)
-          .required(image_required);
-  report_option_ =
-      command
-          .option("--report", report_,
-                  "Write a report as JSON: settings, samples, times, errors and hashes")
-          .type_name("FILE.json")
-          .completes(Completes::files)
-          .group(output_group);
-  image_option_.forbid_empty();
-  report_option_.forbid_empty();
+  image_option_ = add_file(
+      command, "-o,--output", image_,
+      "Picture to write: .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bits, sRGB)");
+  image_option_.type_name("IMAGE").group(output_group).required(image_required);
+  report_option_ = add_file(command, "--report", report_,
+                            "Write a report as JSON: settings, samples, times, errors and hashes");
+  report_option_.type_name("FILE.json").group(output_group);
 }
 
 void OutputOptions::add_aov_to(Command& command, bool scene) {
@@ -332,14 +320,11 @@ void OutputOptions::add_aov_to(Command& command, bool scene) {
       .words(words, true)
       .group(output_group)
       .needs(image_option_);
-  command
-      .option("--error-map", error_map_,
-              "Write a picture of the error: colours show the half-width of each pixel's 95 % "
-              "confidence interval, with a legend")
+  add_file(command, "--error-map", error_map_,
+           "Write a picture of the error: colours show the half-width of each pixel's 95 % "
+           "confidence interval, with a legend")
       .type_name("FILE.png")
-      .completes(Completes::files)
       .group(output_group)
-      .forbid_empty()
       .needs(image_option_)
       .special();
 }
@@ -366,14 +351,10 @@ std::array<Option, 3> add_following(Command& command, ProgressOptions& following
       .group(output_group)
       .one_of({"bar", "lines", "json"})
       .special();
-  Option preview = command.option(
-      "--preview", following.preview,
+  Option preview = add_file(
+      command, "--preview", following.preview,
       "Keep FILE updated with the unfinished picture. At the end it is a copy of the result");
-  preview.type_name("FILE")
-      .completes(Completes::files)
-      .group(output_group)
-      .forbid_empty()
-      .special();
+  preview.type_name("FILE").group(output_group).special();
   Option display = command.option(
       "--display", following.display,
       "Show the unfinished picture in the viewer tev, or in another that uses its protocol. "

@@ -50,6 +50,10 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
 /// workers.
 inline constexpr std::uint32_t most_threads = 4096;
 
+/// Declares an option whose value is the name of a file.
+Option add_file(Command& command, const std::string& names, std::string& target,
+                const std::string& description);
+
 /// Declares the argument for the scene: a scene file or a file of particles.
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 

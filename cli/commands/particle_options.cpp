@@ -1,7 +1,6 @@
 #include "cli/commands/particle_options.h"
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
 
 #include "cli/commands/options.h"
@@ -26,10 +25,7 @@ void check_material(const ParticleMaterial& material) {
 
 /// Returns whether `value` is that of a flag that the user gave.
 bool is_set_flag(const bool& value) { return value; }
-template <typename T>
-bool is_set_flag(const T& /*value of an option*/) {
-  return false;
-}
+bool is_set_flag(const auto& /*value of an option*/) { return false; }
 
 }  // namespace
 

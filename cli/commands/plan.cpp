@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <numeric>
@@ -285,11 +284,7 @@ int make_and_print(PlanCommand command) {
   check_image_path(command.image);
   const auto plan = make_plan(command);
   if (!plan) throw Interrupted();
-  if (command.as_json) {
-    print_json(document(command, *plan));
-  } else {
-    print_text(command, *plan);
-  }
+  command.as_json ? print_json(document(command, *plan)) : print_text(command, *plan);
   return 0;
 }
 
@@ -341,14 +336,11 @@ void add_plan(CommandLine& line, Action& chosen) {
       command, "--probe-seconds", probe_range, options->probe_seconds,
       "Longest time of the probe, in seconds of wall-clock time. A longer probe predicts better "
       "(default: 3). The probe takes at most half of the render's time, or 1 s if that is more");
-  command
-      .option("-o,--output", options->image,
-              "Picture that the render will write (default: the scene's name "
-              "with .exr). The plan itself writes no picture")
+  add_file(command, "-o,--output", options->image,
+           "Picture that the render will write (default: the scene's name "
+           "with .exr). The plan itself writes no picture")
       .type_name("IMAGE")
-      .completes(Completes::files)
-      .group(output_group)
-      .forbid_empty();
+      .group(output_group);
   add_json(command, options->as_json);
   options->render.add_without_samples_to(command);
   add_whole_number(command, "--threads", 1, most_threads, options->threads,

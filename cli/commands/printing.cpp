@@ -133,10 +133,7 @@ static void print_frames(const json& list) {
 }
 
 void print_job(const json& map, bool as_json) {
-  if (as_json) {
-    print_json(map);
-    return;
-  }
+  if (as_json) return print_json(map);
   const JobStatus job = job_status(map);
   std::vector<std::pair<std::string, std::string>> facts = {
       {"job", std::to_string(job.id)},

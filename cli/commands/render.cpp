@@ -183,7 +183,7 @@ std::vector<View> views_from(const std::string& text, AutoSceneOptions& scene) {
   std::vector<View> views;
   for (const std::string_view part : split_at(',', text)) {
     const View view = scene.named_view(part);
-    if (std::find(views.begin(), views.end(), view) != views.end()) {
+    if (std::ranges::find(views, view) != views.end()) {
       throw InputError("'" + std::string(name_of(view)) + "' occurs twice: leave one out");
     }
     views.push_back(view);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <map>
@@ -44,20 +43,17 @@ struct ListedFrame {
   [[nodiscard]] std::string why() const { return state + (reason.empty() ? "" : ": " + reason); }
 };
 
+/// Throws InputError for a job that is no series, and json::exception for a damaged answer.
 std::vector<ListedFrame> listed_frames(const json& map) {
   if (!map.contains("frame_list")) {
     throw InputError("job " + map.value("id", json()).dump() +
                      " is not a series of frames: give a file name without #");
   }
   std::vector<ListedFrame> frames;
-  try {
-    for (const json& entry : map.at("frame_list")) {
-      frames.push_back({entry.at("frame"), entry.at("job"),
-                        printable(entry.at("state").get<std::string>()),
-                        printable(entry.at("reason").get<std::string>(), 500)});
-    }
-  } catch (const json::exception& error) {
-    throw RunError(std::string("reading the coordinator's answer: ") + error.what());
+  for (const json& entry : map["frame_list"]) {
+    frames.push_back({entry.at("frame"), entry.at("job"),
+                      printable(entry.at("state").get<std::string>()),
+                      printable(entry.at("reason").get<std::string>(), 500)});
   }
   return frames;
 }
@@ -234,10 +230,7 @@ class FrameRun {
   /// Shows the progress of the series, and fetches the finished frames.
   void update() {
     next_update_ = clock_.now() + milliseconds(500);
-    if (!in_series()) {
-      update_jobs();
-      return;
-    }
+    if (!in_series()) return update_jobs();
     if (series_ == 0) return;
     const json map = client_.show_series(series_, pending_.empty() ? 0 : pending_.begin()->first);
     const JobStatus status = job_status(map);

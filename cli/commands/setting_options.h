@@ -65,10 +65,7 @@ template <typename T>
 void describe_values(const TextRule<T>& rule, Option& option) {
   if (!rule.words.empty()) option.words({rule.words.begin(), rule.words.end()});
 }
-template <typename Rule>
-void describe_values(const Rule& /*any other rule*/, Option& option) {
-  option.type_name("X");
-}
+void describe_values(const auto& /*any other rule*/, Option& option) { option.type_name("X"); }
 
 /// Declares the option of a setting. If the user gives it, the option sets `value` and then calls
 /// `note`. The option of a Flag sets `value` to true and does not call `note`. `value` must not

@@ -117,14 +117,11 @@ void add_submit(CommandLine& line, Action& chosen) {
               "command continues a series. Write pictures with -o name-####.exr")
           .type_name("FIRST-LAST[:STEP]")
           .group(frames_group);
-  command
-      .option("--camera-path", options->camera_path,
-              "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. A smooth curve "
-              "joins them")
+  add_file(command, "--camera-path", options->camera_path,
+           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. A smooth curve "
+           "joins them")
       .type_name("FILE.json")
-      .completes(Completes::files)
       .group(frames_group)
-      .forbid_empty()
       .needs(frames);
   Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
   wait.group(farm_group);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/loading.h"
 #include "cli/commands/printing.h"
+#include "cli/input/particles/json_types.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_summary.h"
 #include "cli/input/particles/selected_particles.h"
@@ -17,6 +19,7 @@
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
@@ -32,15 +35,10 @@ using Lines = std::vector<std::pair<std::string, std::string>>;
 
 constexpr std::size_t most_names = 100;
 
-json vector_json(const Vec3d& v) { return {v.x, v.y, v.z}; }
-
-json optional_json(const auto& value) { return value ? json(*value) : json(); }
-
 /// Returns {name: count} with at most `most_names` entries, the most frequent ones.
 json counts_json(NameCounts counts) {
   if (counts.size() > most_names) {
-    std::ranges::stable_sort(counts,
-                             [](const auto& a, const auto& b) { return a.second > b.second; });
+    std::ranges::stable_sort(counts, std::greater(), [](const auto& pair) { return pair.second; });
     counts.resize(most_names);
   }
   json map = json::object();
@@ -49,11 +47,10 @@ json counts_json(NameCounts counts) {
 }
 
 json cell_json(const ParticleCell& cell) {
-  const auto& [a, b, c] = cell.edges;
-  return {{"origin", vector_json(cell.origin)},
-          {"edges", {vector_json(a), vector_json(b), vector_json(c)}},
-          {"lengths", vector_json(lengths_of(cell))},
-          {"angles", vector_json(angles_of(cell))}};
+  return {{"origin", cell.origin},
+          {"edges", cell.edges},
+          {"lengths", lengths_of(cell)},
+          {"angles", angles_of(cell)}};
 }
 
 void add_names(const ParticleSummary& summary, json& report) {
@@ -83,8 +80,7 @@ std::string names_text(const json& counts) {
   constexpr std::size_t most = 12;
   std::vector<std::pair<std::string, std::uint64_t>> sorted;
   for (const auto& [name, count] : counts.items()) sorted.emplace_back(name, count);
-  std::ranges::stable_sort(sorted,
-                           [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::ranges::stable_sort(sorted, std::greater(), [](const auto& pair) { return pair.second; });
   std::string text;
   for (std::size_t i = 0; i < std::min(sorted.size(), most); ++i) {
     text +=
@@ -169,9 +165,9 @@ json particle_report(const ParticleFile& file, const Particles& particles) {
                  {"format", facts.format},
                  {"packing", facts.packing},
                  {"particles", summary.count},
-                 {"frames", optional_json(facts.frames)},
+                 {"frames", facts.frames},
                  {"frame", facts.frame},
-                 {"box", {{"low", vector_json(summary.low)}, {"high", vector_json(summary.high)}}},
+                 {"box", {{"low", summary.low}, {"high", summary.high}}},
                  {"properties", json::object()},
                  {"notes", notes_json(file.facts.notes)}};
   if (facts.time) report["time"] = *facts.time;
@@ -180,9 +176,8 @@ json particle_report(const ParticleFile& file, const Particles& particles) {
   if (!particles.bonds.empty()) report["bonds"] = particles.bonds.size();
   if (particles.cell) report["cell"] = cell_json(*particles.cell);
   for (const NumberRangeSeen& range : summary.numbers) {
-    report["properties"][range.name] = {{"low", optional_json(range.low)},
-                                        {"high", optional_json(range.high)},
-                                        {"missing", range.missing}};
+    report["properties"][range.name] = {
+        {"low", range.low}, {"high", range.high}, {"missing", range.missing}};
     if (!range.unit.empty()) report["properties"][range.name]["unit"] = range.unit;
   }
   return report;
@@ -283,7 +278,7 @@ json facts_of(const ValidateCommand& command) {
        {"features", needs.features()},
        {"smallest_radius", needs.smallest_radius},
        {"largest_radius", needs.largest_radius},
-       {"origin", {needs.origin.x, needs.origin.y, needs.origin.z}},
+       {"origin", needs.origin},
        {"extent", needs.extent},
        {"spread", needs.spread()},
        {"nearest", needs.nearest},
@@ -298,9 +293,7 @@ json facts_of(const ValidateCommand& command) {
 }
 
 std::string list_of(const json& names) {
-  std::string text;
-  for (const json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
-  return text.empty() ? "none" : text;
+  return names.empty() ? "none" : joined(names.get<std::vector<std::string>>(), ", ");
 }
 
 std::string origin_text(const json& origin) {

@@ -243,14 +243,10 @@ void add_verify(CommandLine& line, Action& chosen) {
       "verify",
       "Check a finished picture: its hash and, with its scene, some pixels, traced again");
   const auto options = std::make_shared<VerifyCommand>();
-  command.option("PICTURE", options->picture, "EXR, PNG or TIFF file that ParRay has written")
-      .required()
-      .completes(Completes::files)
-      .forbid_empty();
-  command
-      .option("SCENE", options->scene, "Scene of the picture: a scene file or a file of particles")
-      .completes(Completes::files)
-      .forbid_empty();
+  add_file(command, "PICTURE", options->picture, "EXR, PNG or TIFF file that ParRay has written")
+      .required();
+  add_file(command, "SCENE", options->scene,
+           "Scene of the picture: a scene file or a file of particles");
   add_whole_number(
       command, "--pixels", 1, limits::max_pixels, options->pixels,
       "Trace N pixels again, chosen at random (default: 299. If 1 % of all pixels are wrong, they "

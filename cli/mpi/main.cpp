@@ -1,4 +1,3 @@
-#include <string>
 
 #include "cli/mpi/mpi_options.h"
 #include "cli/mpi/mpi_render.h"

@@ -79,9 +79,8 @@ void MpiWorld::inspect_machine() {
   check_mpi(MPI_Allgather(&own, sizeof own, MPI_BYTE, sets.data(), sizeof own, MPI_BYTE, here),
             "comparing processors with the ranks of this machine");
   MPI_Comm_free(&here);
-  const auto alike = std::count_if(sets.begin(), sets.end(), [&own](const cpu_set_t& set) {
-    return std::memcmp(&set, &own, sizeof own) == 0;
-  });
+  const auto alike = std::ranges::count_if(
+      sets, [&own](const cpu_set_t& set) { return std::memcmp(&set, &own, sizeof own) == 0; });
   const auto sharing = std::max<std::ptrdiff_t>(alike, 1);
   threads_ = static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(usable_cpus() / sharing, 1));
 }

@@ -9,10 +9,7 @@ namespace parray::mpi {
 static constexpr std::size_t ledger_bytes = WindowLayout::shared_words * sizeof(std::uint64_t);
 
 void Transport::begin_pass(const WindowLayout& layout) {
-  if (layout.bytes() <= bytes_) {
-    clear(layout.zeroed_bytes());
-    return;
-  }
+  if (layout.bytes() <= bytes_) return clear(layout.zeroed_bytes());
   // Records become a little longer with each pass.
   bytes_ = bytes_ == 0 ? layout.bytes() : layout.bytes() / 4 * 5;
   if (!alone_ && !by_messages_) open_window(layout);

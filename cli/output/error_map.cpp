@@ -146,7 +146,7 @@ Image error_map(std::span<const float> half_widths, std::uint32_t width, const E
     const float value = half_widths[i];
     const Colour colour = value < 0 ? unknown_colour : error_colour(scale.share_of(value));
     const std::size_t at = i / width * total + i % width;
-    std::copy(colour.begin(), colour.end(), map.rgb.begin() + static_cast<std::ptrdiff_t>(3 * at));
+    std::ranges::copy(colour, map.rgb.begin() + static_cast<std::ptrdiff_t>(3 * at));
   }
   LegendDrawing(map, font, places, static_cast<double>(height)).draw(scale);
   return map;

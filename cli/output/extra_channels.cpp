@@ -39,9 +39,7 @@ ExtraChannels extra_channels(const OutputPaths& outputs) {
   return extra_channels(outputs, RenderSettings{}, nullptr, 1);
 }
 
-bool wants_statistics(const Aovs& aovs) {
-  return std::any_of(aovs.begin(), aovs.end(), is_statistic);
-}
+bool wants_statistics(const Aovs& aovs) { return std::ranges::any_of(aovs, is_statistic); }
 
 std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id) {
   auto accelerator = extra.accelerators->find(scene_id, extra.settings);
@@ -97,7 +95,7 @@ void add_aovs(Picture& picture, const PathTracer* tracer, const ExtraChannels& e
   const SteadyClock clock;
   const Time begin = clock.now();
   const auto trace = [&](const Aovs& wanted, Channels& into) {
-    if (tracer == nullptr || std::all_of(wanted.begin(), wanted.end(), is_statistic)) return;
+    if (tracer == nullptr || std::ranges::all_of(wanted, is_statistic)) return;
     Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, wanted, extra.threads,
                                      check_interrupted);
     std::move(traced.begin(), traced.end(), std::back_inserter(into));
@@ -119,7 +117,7 @@ void add_aovs(Picture& picture, const PathTracer* tracer, const ExtraChannels& e
 void add_sample_counts(Picture& picture) {
   const auto is_samples = [](const Channel& channel) { return channel.name == samples_channel; };
   if (samples_differ(picture.report) && !picture.statistics.samples.empty() &&
-      std::none_of(picture.channels.begin(), picture.channels.end(), is_samples)) {
+      std::ranges::none_of(picture.channels, is_samples)) {
     picture.channels.push_back({samples_channel, picture.statistics.samples});
   }
 }

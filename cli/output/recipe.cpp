@@ -79,8 +79,8 @@ class RecipeReader {
     return real_in(metadata_, key(name)).value_or(0);
   }
   [[nodiscard]] bool has(const std::string& name) const {
-    return std::any_of(metadata_.begin(), metadata_.end(),
-                       [&](const auto& pair) { return pair.first == key(name); });
+    return std::ranges::any_of(metadata_,
+                               [&](const auto& pair) { return pair.first == key(name); });
   }
   [[nodiscard]] std::vector<std::uint64_t> numbers(const std::string& name) const {
     const json list = json::parse("[" + text(name) + "]", nullptr, false);

@@ -123,10 +123,7 @@ class RefereeProgram {
       failed.reason = error.what();
     }
     reported_ = processor_seconds();
-    if (!result) {
-      send(failed);
-      return;
-    }
+    if (!result) return send(failed);
     result->seconds = reported_ - began;
     send(*result);
   }

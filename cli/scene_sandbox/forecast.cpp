@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "cli/measure/plan/plan.h"

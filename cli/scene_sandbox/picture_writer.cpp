@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "cli/commands/drawing.h"
 #include "cli/output/error_map.h"

@@ -161,10 +161,7 @@ void write_upload_jobs(const UploadRequest& request, std::size_t first,
                        const ChildResources& resources) {
   confine(resources, resources.memory);
   Batch batch;
-  if (request.frames) {
-    add_frames(request, first, batch);
-    return;
-  }
+  if (request.frames) return add_frames(request, first, batch);
   std::size_t frames = 0;
   batch.add(submit_message(first_submission(request, frames)));
   batch.finish(0);

@@ -126,7 +126,7 @@ double Allocation::relative_cost(double share, double rays) const {
   if (!(square_error_at(0) > 0)) return 1;
   const SampleShares shares = this->shares();
   const auto size = static_cast<double>(shares.size());
-  const auto quiet = static_cast<double>(std::count(quiet_.begin(), quiet_.end(), 1));
+  const auto quiet = static_cast<double>(std::ranges::count(quiet_, 1));
   const double noisy_rays =
       quiet < size ? std::max(1.0, (rays * size - quiet) / (size - quiet)) : 1;
   const double level = level_for_square_error(share);

@@ -15,7 +15,7 @@ namespace {
 bool has_two(std::uint32_t samples) { return samples >= 2; }
 
 bool all_have_two(const FramebufferView& state) {
-  return !state.counts.empty() && std::all_of(state.counts.begin(), state.counts.end(), has_two);
+  return !state.counts.empty() && std::ranges::all_of(state.counts, has_two);
 }
 
 /// Sums that give the mean square error of a picture. Let u and w be the errors of a pixel's two
@@ -137,7 +137,7 @@ PartialError estimate_rmse_so_far(const FramebufferView& state, std::size_t stri
   if (state.counts.empty()) return part;
   const MeanSquare sum = mean_square_of(state, stride);
   if (sum.values() == 0) return part;
-  const auto rendered = std::count_if(state.counts.begin(), state.counts.end(), has_two);
+  const auto rendered = std::ranges::count_if(state.counts, has_two);
   part.share = static_cast<double>(rendered) / static_cast<double>(state.counts.size());
   sum.report(state.largest_radiance, part.error);
   return part;

@@ -14,8 +14,8 @@ namespace {
 std::optional<Pass> pass_to(const Framebuffer& framebuffer,
                             const std::vector<std::uint32_t>& targets) {
   const std::span<const std::uint32_t> now = framebuffer.samples();
-  const auto [least_now, most_now] = std::minmax_element(now.begin(), now.end());
-  const auto [least_then, most_then] = std::minmax_element(targets.begin(), targets.end());
+  const auto [least_now, most_now] = std::ranges::minmax_element(now);
+  const auto [least_then, most_then] = std::ranges::minmax_element(targets);
   if (*most_then <= *least_now) {
     return {};  // no pixel may have more
   }

@@ -17,7 +17,7 @@ constexpr std::size_t asked = std::size_t{1} << 15;
 /// more than their share.
 std::vector<float> present_shares(std::span<const std::uint32_t> counts, std::uint32_t least) {
   std::vector<float> weights(counts.size());
-  std::transform(counts.begin(), counts.end(), weights.begin(), [least](std::uint32_t count) {
+  std::ranges::transform(counts, weights.begin(), [least](std::uint32_t count) {
     return count > least ? static_cast<float>(count) : 0;
   });
   return weights;

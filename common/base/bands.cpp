@@ -20,10 +20,7 @@ constexpr std::size_t least_items = 1U << 14;
 }  // namespace
 
 void side_by_side(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
-  if (count == 1) {
-    work(0);
-    return;
-  }
+  if (count == 1) return work(0);
   std::vector<std::exception_ptr> failures(count);
   const auto caught = [&](std::size_t i) {
     try {

@@ -7,18 +7,13 @@
 namespace parray::base {
 namespace {
 
-struct CodePoint {
-  std::size_t length = 0;  ///< bytes; 0: not UTF-8
-  char32_t value = 0;
-};
-
 unsigned char byte_at(std::string_view text, std::size_t i) {
   return static_cast<unsigned char>(text[i]);
 }
 
-/// Decodes the first character of `text`, which must not be empty. Rejects overlong forms and
-/// surrogates.
-CodePoint first_character(std::string_view text) {
+}  // namespace
+
+CodePoint first_code_point(std::string_view text) {
   const unsigned char lead = byte_at(text, 0);
   if (lead < 0x80) return {1, lead};
   const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
@@ -34,6 +29,8 @@ CodePoint first_character(std::string_view text) {
   if (value < least[length] || value > 0x10FFFF || surrogate) return {};
   return {length, value};
 }
+
+namespace {
 
 bool is_harmless(char32_t c) {
   if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return false;             // C0, DEL, C1
@@ -56,7 +53,7 @@ std::string printable(std::string_view text, std::size_t max_bytes) {
   std::string out;
   std::size_t cut = 0;  // last place where `out` may end so that the ellipsis fits
   while (!text.empty()) {
-    const CodePoint c = first_character(text);
+    const CodePoint c = first_code_point(text);
     const std::size_t taken = c.length == 0 ? 1 : c.length;
     if (c.length == 0) {
       out += escape('x', byte_at(text, 0), 2);

@@ -17,6 +17,14 @@ namespace parray::base {
 /// counts towards `max_bytes`.
 std::string printable(std::string_view text, std::size_t max_bytes = 60);
 
+struct CodePoint {
+  std::size_t length = 0;  ///< bytes; 0: not UTF-8 (RFC 3629)
+  char32_t value = 0;
+};
+/// Decodes the first character of `text`, which must not be empty. Rejects overlong forms and
+/// surrogates.
+CodePoint first_code_point(std::string_view text);
+
 /// Returns the shortest decimal text that reads back as `value`: "0.1", "1e+30", "-3".
 std::string number_text(double value);
 

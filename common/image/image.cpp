@@ -31,7 +31,7 @@ Image resolve_image(const Framebuffer& framebuffer, double largest_radiance) {
     const std::size_t pixel = std::size_t{row} * image.width + x;
     const std::uint32_t count = framebuffer.samples()[pixel] - excluded.count;
     const auto mean = mean_radiance(framebuffer.pixels()[pixel], count, scale);
-    std::copy(mean.begin(), mean.end(), image.rgb.begin() + static_cast<std::ptrdiff_t>(pixel) * 3);
+    std::ranges::copy(mean, image.rgb.begin() + static_cast<std::ptrdiff_t>(pixel) * 3);
   }
   return image;
 }

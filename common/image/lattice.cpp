@@ -1,7 +1,6 @@
 #include "common/image/lattice.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 
 namespace parray::image {

@@ -56,4 +56,21 @@ PARRAY_INLINE Real real_from(const Uint& integer) {
   }
 }
 
+/// Operators of lanes that one instruction computes from the registers `v`, for lanes_avx2.h and
+/// lanes_avx512.h. `Count`: the type that the instruction has for a number of bits.
+#define PARRAY_LANES_OPERATOR(T, op, instruction) \
+  friend PARRAY_INLINE T operator op(T a, T b) { return T(instruction(a.v, b.v)); }
+#define PARRAY_LANES_SHIFT(T, op, instruction, Count)      \
+  friend PARRAY_INLINE T operator op(T a, int count) {     \
+    return T(instruction(a.v, static_cast<Count>(count))); \
+  }
+#define PARRAY_LANES_COMPARISON(T, op, instruction, how) \
+  friend PARRAY_INLINE Mask operator op(T a, T b) { return {instruction(a.v, b.v, how)}; }
+#define PARRAY_LANES_COMPARISONS(T, instruction)          \
+  PARRAY_LANES_COMPARISON(T, <, instruction, _CMP_LT_OQ)  \
+  PARRAY_LANES_COMPARISON(T, <=, instruction, _CMP_LE_OQ) \
+  PARRAY_LANES_COMPARISON(T, >, instruction, _CMP_GT_OQ)  \
+  PARRAY_LANES_COMPARISON(T, >=, instruction, _CMP_GE_OQ) \
+  PARRAY_LANES_COMPARISON(T, ==, instruction, _CMP_EQ_OQ)
+
 }  // namespace parray::math

@@ -42,24 +42,12 @@ struct Uint8 {
   static PARRAY_INLINE Uint8 gather(const std::uint32_t* table, Uint8 index) {
     return Uint8(_mm256_i32gather_epi32(reinterpret_cast<const int*>(table), index.v, 4));
   }
-  friend PARRAY_INLINE Uint8 operator&(Uint8 a, Uint8 b) {
-    return Uint8(_mm256_and_si256(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint8 operator+(Uint8 a, Uint8 b) {
-    return Uint8(_mm256_add_epi32(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint8 operator^(Uint8 a, Uint8 b) {
-    return Uint8(_mm256_xor_si256(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint8 operator*(Uint8 a, Uint8 b) {
-    return Uint8(_mm256_mullo_epi32(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint8 operator>>(Uint8 a, int count) {
-    return Uint8(_mm256_srli_epi32(a.v, count));
-  }
-  friend PARRAY_INLINE Uint8 operator<<(Uint8 a, int count) {
-    return Uint8(_mm256_slli_epi32(a.v, count));
-  }
+  PARRAY_LANES_OPERATOR(Uint8, &, _mm256_and_si256)
+  PARRAY_LANES_OPERATOR(Uint8, +, _mm256_add_epi32)
+  PARRAY_LANES_OPERATOR(Uint8, ^, _mm256_xor_si256)
+  PARRAY_LANES_OPERATOR(Uint8, *, _mm256_mullo_epi32)
+  PARRAY_LANES_SHIFT(Uint8, >>, _mm256_srli_epi32, int)
+  PARRAY_LANES_SHIFT(Uint8, <<, _mm256_slli_epi32, int)
 };
 PARRAY_INLINE WideProduct<Uint8> multiply_wide(Uint8 a, Uint8 b) {
   const __m256i even = _mm256_mul_epu32(a.v, b.v);
@@ -84,18 +72,12 @@ struct Uint4 {
   static PARRAY_INLINE Uint4 gather(const std::uint32_t* table, Uint4 index) {
     return Uint4(_mm_i32gather_epi32(reinterpret_cast<const int*>(table), index.v, 4));
   }
-  friend PARRAY_INLINE Uint4 operator&(Uint4 a, Uint4 b) { return Uint4(_mm_and_si128(a.v, b.v)); }
-  friend PARRAY_INLINE Uint4 operator+(Uint4 a, Uint4 b) { return Uint4(_mm_add_epi32(a.v, b.v)); }
-  friend PARRAY_INLINE Uint4 operator^(Uint4 a, Uint4 b) { return Uint4(_mm_xor_si128(a.v, b.v)); }
-  friend PARRAY_INLINE Uint4 operator*(Uint4 a, Uint4 b) {
-    return Uint4(_mm_mullo_epi32(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint4 operator>>(Uint4 a, int count) {
-    return Uint4(_mm_srli_epi32(a.v, count));
-  }
-  friend PARRAY_INLINE Uint4 operator<<(Uint4 a, int count) {
-    return Uint4(_mm_slli_epi32(a.v, count));
-  }
+  PARRAY_LANES_OPERATOR(Uint4, &, _mm_and_si128)
+  PARRAY_LANES_OPERATOR(Uint4, +, _mm_add_epi32)
+  PARRAY_LANES_OPERATOR(Uint4, ^, _mm_xor_si128)
+  PARRAY_LANES_OPERATOR(Uint4, *, _mm_mullo_epi32)
+  PARRAY_LANES_SHIFT(Uint4, >>, _mm_srli_epi32, int)
+  PARRAY_LANES_SHIFT(Uint4, <<, _mm_slli_epi32, int)
 };
 PARRAY_INLINE WideProduct<Uint4> multiply_wide(Uint4 a, Uint4 b) {
   const __m128i even = _mm_mul_epu32(a.v, b.v);
@@ -157,36 +139,14 @@ struct Float8 {
     return {_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(order)))};
   }
 
-  friend PARRAY_INLINE Float8 operator+(Float8 a, Float8 b) {
-    return Float8(_mm256_add_ps(a.v, b.v));
-  }
-  friend PARRAY_INLINE Float8 operator-(Float8 a, Float8 b) {
-    return Float8(_mm256_sub_ps(a.v, b.v));
-  }
-  friend PARRAY_INLINE Float8 operator*(Float8 a, Float8 b) {
-    return Float8(_mm256_mul_ps(a.v, b.v));
-  }
-  friend PARRAY_INLINE Float8 operator/(Float8 a, Float8 b) {
-    return Float8(_mm256_div_ps(a.v, b.v));
-  }
+  PARRAY_LANES_OPERATOR(Float8, +, _mm256_add_ps)
+  PARRAY_LANES_OPERATOR(Float8, -, _mm256_sub_ps)
+  PARRAY_LANES_OPERATOR(Float8, *, _mm256_mul_ps)
+  PARRAY_LANES_OPERATOR(Float8, /, _mm256_div_ps)
   friend PARRAY_INLINE Float8 operator-(Float8 a) {
     return Float8(_mm256_xor_ps(a.v, _mm256_set1_ps(-0.0F)));
   }
-  friend PARRAY_INLINE Mask8 operator<(Float8 a, Float8 b) {
-    return {_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)};
-  }
-  friend PARRAY_INLINE Mask8 operator<=(Float8 a, Float8 b) {
-    return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)};
-  }
-  friend PARRAY_INLINE Mask8 operator>(Float8 a, Float8 b) {
-    return {_mm256_cmp_ps(a.v, b.v, _CMP_GT_OQ)};
-  }
-  friend PARRAY_INLINE Mask8 operator>=(Float8 a, Float8 b) {
-    return {_mm256_cmp_ps(a.v, b.v, _CMP_GE_OQ)};
-  }
-  friend PARRAY_INLINE Mask8 operator==(Float8 a, Float8 b) {
-    return {_mm256_cmp_ps(a.v, b.v, _CMP_EQ_OQ)};
-  }
+  PARRAY_LANES_COMPARISONS(Float8, _mm256_cmp_ps)
 };
 PARRAY_INLINE Float8 select(Mask8 mask, Float8 a, Float8 b) {
   return Float8(_mm256_blendv_ps(b.v, a.v, mask.m));
@@ -263,36 +223,14 @@ struct Double4 {
     return {_mm_cvtepu8_epi32(_mm_cvtsi32_si128(packed))};
   }
 
-  friend PARRAY_INLINE Double4 operator+(Double4 a, Double4 b) {
-    return Double4(_mm256_add_pd(a.v, b.v));
-  }
-  friend PARRAY_INLINE Double4 operator-(Double4 a, Double4 b) {
-    return Double4(_mm256_sub_pd(a.v, b.v));
-  }
-  friend PARRAY_INLINE Double4 operator*(Double4 a, Double4 b) {
-    return Double4(_mm256_mul_pd(a.v, b.v));
-  }
-  friend PARRAY_INLINE Double4 operator/(Double4 a, Double4 b) {
-    return Double4(_mm256_div_pd(a.v, b.v));
-  }
+  PARRAY_LANES_OPERATOR(Double4, +, _mm256_add_pd)
+  PARRAY_LANES_OPERATOR(Double4, -, _mm256_sub_pd)
+  PARRAY_LANES_OPERATOR(Double4, *, _mm256_mul_pd)
+  PARRAY_LANES_OPERATOR(Double4, /, _mm256_div_pd)
   friend PARRAY_INLINE Double4 operator-(Double4 a) {
     return Double4(_mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)));
   }
-  friend PARRAY_INLINE Mask4 operator<(Double4 a, Double4 b) {
-    return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)};
-  }
-  friend PARRAY_INLINE Mask4 operator<=(Double4 a, Double4 b) {
-    return {_mm256_cmp_pd(a.v, b.v, _CMP_LE_OQ)};
-  }
-  friend PARRAY_INLINE Mask4 operator>(Double4 a, Double4 b) {
-    return {_mm256_cmp_pd(a.v, b.v, _CMP_GT_OQ)};
-  }
-  friend PARRAY_INLINE Mask4 operator>=(Double4 a, Double4 b) {
-    return {_mm256_cmp_pd(a.v, b.v, _CMP_GE_OQ)};
-  }
-  friend PARRAY_INLINE Mask4 operator==(Double4 a, Double4 b) {
-    return {_mm256_cmp_pd(a.v, b.v, _CMP_EQ_OQ)};
-  }
+  PARRAY_LANES_COMPARISONS(Double4, _mm256_cmp_pd)
 };
 PARRAY_INLINE Double4 select(Mask4 mask, Double4 a, Double4 b) {
   return Double4(_mm256_blendv_pd(b.v, a.v, mask.m));

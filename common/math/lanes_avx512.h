@@ -46,24 +46,12 @@ struct Uint16 {
   static PARRAY_INLINE Uint16 gather(const std::uint32_t* table, Uint16 index) {
     return Uint16(_mm512_i32gather_epi32(index.v, table, 4));
   }
-  friend PARRAY_INLINE Uint16 operator&(Uint16 a, Uint16 b) {
-    return Uint16(_mm512_and_si512(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint16 operator+(Uint16 a, Uint16 b) {
-    return Uint16(_mm512_add_epi32(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint16 operator^(Uint16 a, Uint16 b) {
-    return Uint16(_mm512_xor_si512(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint16 operator*(Uint16 a, Uint16 b) {
-    return Uint16(_mm512_mullo_epi32(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint16 operator>>(Uint16 a, int count) {
-    return Uint16(_mm512_srli_epi32(a.v, static_cast<unsigned>(count)));
-  }
-  friend PARRAY_INLINE Uint16 operator<<(Uint16 a, int count) {
-    return Uint16(_mm512_slli_epi32(a.v, static_cast<unsigned>(count)));
-  }
+  PARRAY_LANES_OPERATOR(Uint16, &, _mm512_and_si512)
+  PARRAY_LANES_OPERATOR(Uint16, +, _mm512_add_epi32)
+  PARRAY_LANES_OPERATOR(Uint16, ^, _mm512_xor_si512)
+  PARRAY_LANES_OPERATOR(Uint16, *, _mm512_mullo_epi32)
+  PARRAY_LANES_SHIFT(Uint16, >>, _mm512_srli_epi32, unsigned)
+  PARRAY_LANES_SHIFT(Uint16, <<, _mm512_slli_epi32, unsigned)
 };
 PARRAY_INLINE WideProduct<Uint16> multiply_wide(Uint16 a, Uint16 b) {
   const __m512i even = _mm512_mul_epu32(a.v, b.v);
@@ -88,24 +76,12 @@ struct Uint8 {
   static PARRAY_INLINE Uint8 gather(const std::uint32_t* table, Uint8 index) {
     return Uint8(_mm256_i32gather_epi32(reinterpret_cast<const int*>(table), index.v, 4));
   }
-  friend PARRAY_INLINE Uint8 operator&(Uint8 a, Uint8 b) {
-    return Uint8(_mm256_and_si256(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint8 operator+(Uint8 a, Uint8 b) {
-    return Uint8(_mm256_add_epi32(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint8 operator^(Uint8 a, Uint8 b) {
-    return Uint8(_mm256_xor_si256(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint8 operator*(Uint8 a, Uint8 b) {
-    return Uint8(_mm256_mullo_epi32(a.v, b.v));
-  }
-  friend PARRAY_INLINE Uint8 operator>>(Uint8 a, int count) {
-    return Uint8(_mm256_srli_epi32(a.v, count));
-  }
-  friend PARRAY_INLINE Uint8 operator<<(Uint8 a, int count) {
-    return Uint8(_mm256_slli_epi32(a.v, count));
-  }
+  PARRAY_LANES_OPERATOR(Uint8, &, _mm256_and_si256)
+  PARRAY_LANES_OPERATOR(Uint8, +, _mm256_add_epi32)
+  PARRAY_LANES_OPERATOR(Uint8, ^, _mm256_xor_si256)
+  PARRAY_LANES_OPERATOR(Uint8, *, _mm256_mullo_epi32)
+  PARRAY_LANES_SHIFT(Uint8, >>, _mm256_srli_epi32, int)
+  PARRAY_LANES_SHIFT(Uint8, <<, _mm256_slli_epi32, int)
 };
 PARRAY_INLINE WideProduct<Uint8> multiply_wide(Uint8 a, Uint8 b) {
   const __m256i even = _mm256_mul_epu32(a.v, b.v);
@@ -173,36 +149,14 @@ struct Float16 {
     return {_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(order)))};
   }
 
-  friend PARRAY_INLINE Float16 operator+(Float16 a, Float16 b) {
-    return Float16(_mm512_add_ps(a.v, b.v));
-  }
-  friend PARRAY_INLINE Float16 operator-(Float16 a, Float16 b) {
-    return Float16(_mm512_sub_ps(a.v, b.v));
-  }
-  friend PARRAY_INLINE Float16 operator*(Float16 a, Float16 b) {
-    return Float16(_mm512_mul_ps(a.v, b.v));
-  }
-  friend PARRAY_INLINE Float16 operator/(Float16 a, Float16 b) {
-    return Float16(_mm512_div_ps(a.v, b.v));
-  }
+  PARRAY_LANES_OPERATOR(Float16, +, _mm512_add_ps)
+  PARRAY_LANES_OPERATOR(Float16, -, _mm512_sub_ps)
+  PARRAY_LANES_OPERATOR(Float16, *, _mm512_mul_ps)
+  PARRAY_LANES_OPERATOR(Float16, /, _mm512_div_ps)
   friend PARRAY_INLINE Float16 operator-(Float16 a) {
     return Float16(_mm512_xor_ps(a.v, _mm512_set1_ps(-0.0F)));
   }
-  friend PARRAY_INLINE Mask operator<(Float16 a, Float16 b) {
-    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)};
-  }
-  friend PARRAY_INLINE Mask operator<=(Float16 a, Float16 b) {
-    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)};
-  }
-  friend PARRAY_INLINE Mask operator>(Float16 a, Float16 b) {
-    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_GT_OQ)};
-  }
-  friend PARRAY_INLINE Mask operator>=(Float16 a, Float16 b) {
-    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_GE_OQ)};
-  }
-  friend PARRAY_INLINE Mask operator==(Float16 a, Float16 b) {
-    return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_EQ_OQ)};
-  }
+  PARRAY_LANES_COMPARISONS(Float16, _mm512_cmp_ps_mask)
 };
 PARRAY_INLINE Float16 select(Mask<16> mask, Float16 a, Float16 b) {
   return Float16(_mm512_mask_blend_ps(mask.k, b.v, a.v));
@@ -253,36 +207,14 @@ struct Double8 {
     return {_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(order)))};
   }
 
-  friend PARRAY_INLINE Double8 operator+(Double8 a, Double8 b) {
-    return Double8(_mm512_add_pd(a.v, b.v));
-  }
-  friend PARRAY_INLINE Double8 operator-(Double8 a, Double8 b) {
-    return Double8(_mm512_sub_pd(a.v, b.v));
-  }
-  friend PARRAY_INLINE Double8 operator*(Double8 a, Double8 b) {
-    return Double8(_mm512_mul_pd(a.v, b.v));
-  }
-  friend PARRAY_INLINE Double8 operator/(Double8 a, Double8 b) {
-    return Double8(_mm512_div_pd(a.v, b.v));
-  }
+  PARRAY_LANES_OPERATOR(Double8, +, _mm512_add_pd)
+  PARRAY_LANES_OPERATOR(Double8, -, _mm512_sub_pd)
+  PARRAY_LANES_OPERATOR(Double8, *, _mm512_mul_pd)
+  PARRAY_LANES_OPERATOR(Double8, /, _mm512_div_pd)
   friend PARRAY_INLINE Double8 operator-(Double8 a) {
     return Double8(_mm512_xor_pd(a.v, _mm512_set1_pd(-0.0)));
   }
-  friend PARRAY_INLINE Mask operator<(Double8 a, Double8 b) {
-    return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ)};
-  }
-  friend PARRAY_INLINE Mask operator<=(Double8 a, Double8 b) {
-    return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_LE_OQ)};
-  }
-  friend PARRAY_INLINE Mask operator>(Double8 a, Double8 b) {
-    return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_GT_OQ)};
-  }
-  friend PARRAY_INLINE Mask operator>=(Double8 a, Double8 b) {
-    return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_GE_OQ)};
-  }
-  friend PARRAY_INLINE Mask operator==(Double8 a, Double8 b) {
-    return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_EQ_OQ)};
-  }
+  PARRAY_LANES_COMPARISONS(Double8, _mm512_cmp_pd_mask)
 };
 PARRAY_INLINE Double8 select(Mask<8> mask, Double8 a, Double8 b) {
   return Double8(_mm512_mask_blend_pd(static_cast<__mmask8>(mask.k), b.v, a.v));

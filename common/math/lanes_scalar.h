@@ -15,7 +15,6 @@
 namespace parray::math::scalar {
 
 using Words = std::uint32_t __attribute__((vector_size(16)));
-using HalfWords = std::uint32_t __attribute__((vector_size(8)));
 
 /// The vectors that hold four lanes of T.
 template <typename T>

@@ -1,7 +1,6 @@
 #include "common/scene/origin.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>

@@ -122,8 +122,7 @@ void add_part(const Requirements& part, Requirements& whole) {
 
 namespace {
 
-template <typename Shape>
-void add_shapes(const std::vector<Shape>& shapes, const Scene& scene, const Vec3d& eye, int threads,
+void add_shapes(const auto& shapes, const Scene& scene, const Vec3d& eye, int threads,
                 Requirements& result) {
   const Bands bands(shapes.size(), threads);
   std::vector<Requirements> parts(bands.count());

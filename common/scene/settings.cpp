@@ -82,22 +82,15 @@ std::size_t index_in(const Words& words, std::string_view name) {
   throw InputError(message + "known: " + list_names(words.names));
 }
 
-std::string_view name_of(Precision value) {
-  return name_in(words::precision, static_cast<std::size_t>(value));
+static std::string_view named(const Words& words, auto choice) {
+  return name_in(words, static_cast<std::size_t>(choice));
 }
-std::string_view name_of(AcceleratorKind value) {
-  return name_in(words::accelerator, static_cast<std::size_t>(value));
-}
-std::string_view name_of(Isa value) { return name_in(words::isa, static_cast<std::size_t>(value)); }
-std::string_view name_of(Sampler value) {
-  return name_in(words::sampler, static_cast<std::size_t>(value));
-}
-std::string_view name_of(SchedulePolicy value) {
-  return name_in(words::schedule, static_cast<std::size_t>(value));
-}
-std::string_view name_of(RowOrder value) {
-  return name_in(words::row_order, static_cast<std::size_t>(value));
-}
+std::string_view name_of(Precision value) { return named(words::precision, value); }
+std::string_view name_of(AcceleratorKind value) { return named(words::accelerator, value); }
+std::string_view name_of(Isa value) { return named(words::isa, value); }
+std::string_view name_of(Sampler value) { return named(words::sampler, value); }
+std::string_view name_of(SchedulePolicy value) { return named(words::schedule, value); }
+std::string_view name_of(RowOrder value) { return named(words::row_order, value); }
 
 Precision precision_from(std::string_view name) {
   return static_cast<Precision>(index_in(words::precision, name));

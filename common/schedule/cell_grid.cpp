@@ -65,8 +65,8 @@ CellGrid::CellGrid(GridShape shape) : shape_(std::move(shape)) {
 }
 
 CellGrid::Place CellGrid::place_of(std::uint64_t cell) const {
-  const auto stage = static_cast<std::size_t>(
-      std::upper_bound(first_cell_.begin(), first_cell_.end(), cell) - first_cell_.begin() - 1);
+  const auto stage = static_cast<std::size_t>(std::ranges::upper_bound(first_cell_, cell) -
+                                              first_cell_.begin() - 1);
   const Part& part = parts_[stage];
   const std::uint64_t in_stage = cell - first_cell_[stage];
   const std::uint64_t within_layer = in_stage % part.layer_cells();

@@ -1,7 +1,5 @@
 #include "common/trace/isa.h"
 
-#include <initializer_list>
-
 namespace parray::trace {
 
 bool runs_on_this_machine(Isa isa) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "common/trace/ray.h"
 
 namespace parray::trace {

@@ -19,9 +19,7 @@ void DifferenceImage::add(const Image& image) {
   }
 }
 
-float DifferenceImage::largest() const {
-  return *std::max_element(sum_.rgb.begin(), sum_.rgb.end());
-}
+float DifferenceImage::largest() const { return *std::ranges::max_element(sum_.rgb); }
 
 Image DifferenceImage::drawn() const {
   Image picture = sum_;

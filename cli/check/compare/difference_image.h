@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-
 #include "common/image/image.h"
 
 namespace parray::compare {

@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <exception>
 #include <limits>
 #include <numbers>
 #include <utility>
 
 #include "cli/check/compare/metrics.h"
+#include "common/base/bands.h"
 
 namespace parray::compare {
 namespace {
@@ -370,18 +370,7 @@ HdrFlip exposures_for(const Image& reference) {
 FlipMap flip_of(const Pair& pair, const auto& show) {
   const std::array<const Image*, 2> pictures = {&pair.reference, &pair.image};
   std::array<Seen, 2> both;
-  std::array<std::exception_ptr, 2> failures;
-#pragma omp parallel for num_threads(2)
-  for (std::size_t i = 0; i < 2; ++i) {
-    try {
-      both[i] = seen(show(*pictures[i]));
-    } catch (...) {  // an exception must not leave a team of threads
-      failures[i] = std::current_exception();
-    }
-  }
-  for (const std::exception_ptr& failure : failures) {
-    if (failure) std::rethrow_exception(failure);
-  }
+  base::side_by_side(2, 2, [&](std::size_t i) { both.at(i) = seen(show(*pictures.at(i))); });
   return difference(both[0], both[1]);
 }
 

@@ -55,9 +55,7 @@ CheckResult run(const Check& check) {
 }
 
 std::size_t count_of(const std::vector<CheckResult>& results, CheckStatus status) {
-  return static_cast<std::size_t>(
-      std::count_if(results.begin(), results.end(),
-                    [status](const CheckResult& result) { return result.status == status; }));
+  return static_cast<std::size_t>(std::ranges::count(results, status, &CheckResult::status));
 }
 
 }  // namespace parray::doctor

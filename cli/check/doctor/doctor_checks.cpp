@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include "cli/check/doctor/extremes.h"
 #include "cli/check/doctor/floating_point.h"

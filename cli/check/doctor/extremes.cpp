@@ -1,6 +1,5 @@
 #include "cli/check/doctor/extremes.h"
 
-#include <array>
 #include <bit>
 #include <cmath>
 #include <functional>

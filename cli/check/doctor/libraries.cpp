@@ -3,7 +3,6 @@
 #include <spdlog/version.h>
 #include <sqlite3.h>
 
-#include <bit>
 #include <limits>
 #include <string>
 #include <tuple>

@@ -112,8 +112,7 @@ CheckResult check_hit_errors(const HitErrors& worst) {
   CheckResult found =
       good ? passed(text)
            : failed(text + "; the limits are 8, 2 and 8",
-                    "do not render on this machine, and please tell the developers of "
-                    "ParRay");
+                    "do not render on this machine, and please tell the developers of ParRay");
   found.facts = {
       {"f32", worst.f32}, {"mixed", worst.mixed}, {"f64", worst.f64}, {"hits", worst.hits}};
   return found;

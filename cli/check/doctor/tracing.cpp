@@ -5,8 +5,6 @@
 #include <atomic>
 #include <exception>
 #include <sstream>
-#include <utility>
-#include <vector>
 
 #include "cli/farm/direct_render.h"
 #include "cli/output/text.h"
@@ -90,8 +88,7 @@ CheckResult check_threads(const TracerMaker& make, int threads) {
   const std::array others{doctor_image_sha256(make, threads), doctor_image_sha256(make, 1),
                           doctor_image_sha256(make, threads)};
   const auto count = counted(static_cast<std::uint64_t>(threads), "thread");
-  if (std::all_of(others.begin(), others.end(),
-                  [&](const std::string& other) { return other == alone; })) {
+  if (std::ranges::all_of(others, [&](const std::string& other) { return other == alone; })) {
     return passed("1 thread and " + count +
                   " make the same picture, twice: " + alone.substr(0, 16));
   }

@@ -1,12 +1,12 @@
 #include "cli/check/verify/retrace.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
 #include <set>
 
 #include "cli/output/picture/transparency.h"
+#include "common/base/bands.h"
 #include "common/image/image.h"
 #include "common/math/float_mode.h"
 
@@ -88,14 +88,10 @@ std::vector<std::uint64_t> choose(std::uint64_t count, std::uint64_t total, std:
 void retrace(const PathTracer& tracer, const RadianceScale& scale, std::span<RetracedPixel> pixels,
              int threads, bool transparent) {
   const std::vector<std::span<RetracedPixel>> pieces = pieces_of(pixels);
-#pragma omp parallel num_threads(threads)
-  {
+  side_by_side(pieces.size(), threads, [&](std::size_t i) {
     const FloatMode ieee;
-#pragma omp for schedule(dynamic) nowait
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      retrace_piece(tracer, scale, pieces[i], transparent);
-    }
-  }
+    retrace_piece(tracer, scale, pieces[i], transparent);
+  });
 }
 
 double share_found(std::uint64_t count) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -152,7 +151,7 @@ std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture) {
                           : "a file of 8 bits does not contain the numbers") +
                      ": use parray render --like " + picture.name + " to render all of it again");
   }
-  const std::uint32_t most = *std::max_element(counts->begin(), counts->end());
+  const std::uint32_t most = *std::ranges::max_element(*counts);
   if (most > limits::max_samples_per_pixel) {
     throw InputError(picture.name + ": channel samples has " + std::to_string(most) +
                      "; a pixel has at most " + std::to_string(limits::max_samples_per_pixel));

@@ -5,12 +5,12 @@
 #include <span>
 #include <utility>
 
+#include "cli/input/particles/json_types.h"
+
 namespace parray::input {
 namespace {
 
 using nlohmann::ordered_json;
-
-ordered_json json_of(const Vec3d& color) { return {color.x, color.y, color.z}; }
 
 ordered_json json_of(const Legend& legend) {
   ordered_json out = {{"title", legend.title}};
@@ -19,7 +19,7 @@ ordered_json json_of(const Legend& legend) {
     out["low"] = legend.low;
     out["high"] = legend.high;
     if (legend.log) out["log"] = true;
-    for (const Vec3d& stop : legend.stops) out["stops"].push_back(json_of(stop));
+    out["stops"] = legend.stops;
   }
   const std::size_t listed = std::min(legend.entries.size(), most_listed_entries);
   for (const LegendEntry& entry : std::span(legend.entries).first(listed)) {
@@ -27,7 +27,7 @@ ordered_json json_of(const Legend& legend) {
     if (entry.arrow) {
       item["arrow"] = true;
     } else {
-      item["color"] = json_of(entry.color);
+      item["color"] = entry.color;
       item["count"] = entry.count;
     }
     out["entries"].push_back(std::move(item));
@@ -43,7 +43,7 @@ bool alike(const Legend& a, const Legend& b) {
 }
 
 void add_entry(std::vector<LegendEntry>& entries, LegendEntry more) {
-  const auto same = std::find_if(entries.begin(), entries.end(), [&](const LegendEntry& entry) {
+  const auto same = std::ranges::find_if(entries, [&](const LegendEntry& entry) {
     return entry.name == more.name && entry.color == more.color;
   });
   if (same == entries.end()) {
@@ -57,8 +57,8 @@ void add_entry(std::vector<LegendEntry>& entries, LegendEntry more) {
 
 void add_legend(std::vector<Legend>& legends, Legend more) {
   if (more.empty()) return;
-  const auto there = std::find_if(legends.begin(), legends.end(),
-                                  [&](const Legend& legend) { return alike(legend, more); });
+  const auto there =
+      std::ranges::find_if(legends, [&](const Legend& legend) { return alike(legend, more); });
   if (there == legends.end()) {
     legends.push_back(std::move(more));
     return;

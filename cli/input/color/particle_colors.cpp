@@ -394,11 +394,7 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
 Vec3d category_color(std::size_t number) {
   number %= category_color_count;
   if (number < okabe_ito.size()) return okabe_ito[number];
-  const std::uint32_t code = grid_colors[number - okabe_ito.size()];
-  const auto component = [code](unsigned shift) {
-    return static_cast<double>((code >> shift) & 0xffU);
-  };
-  return linear_of_srgb8({component(16), component(8), component(0)});
+  return linear_of_code(grid_colors[number - okabe_ito.size()]);
 }
 
 std::vector<std::size_t> reading_order(const std::vector<std::string>& names) {

@@ -22,7 +22,7 @@ template <typename T>
 T binary_value(const char* from, bool swapped) {
   std::array<char, sizeof(T)> own{};
   std::memcpy(own.data(), from, sizeof(T));
-  if (swapped) std::reverse(own.begin(), own.end());
+  if (swapped) std::ranges::reverse(own);
   return std::bit_cast<T>(own);
 }
 
@@ -77,11 +77,10 @@ class BinaryInput {
   [[nodiscard]] std::uint64_t position() const { return input_.position(); }
   [[nodiscard]] const FilePlace& place() const { return input_.place(); }
   [[noreturn]] void fail(std::string_view problem) const { input_.fail(problem); }
+  [[noreturn]] void fail_damaged(std::string_view problem) const { place().fail_damaged(problem); }
 
  private:
-  [[noreturn]] void fail_end() const {
-    fail("the file ends within its data: check that the file is complete");
-  }
+  [[noreturn]] void fail_end() const { place().fail_incomplete("the file ends within its data"); }
 
   ParticleInput input_;
   bool swapped_;

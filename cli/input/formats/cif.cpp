@@ -92,8 +92,8 @@ class CifReader : public CifVisitor {
   void end_loop() override {
     if (!tags_.empty()) start_rows();  // a loop without rows
     if (kind_ == Kind::atoms && row_.begun() > 0) {
-      place_.fail("the last row of the atom table has " + std::to_string(row_.begun()) + " of " +
-                  std::to_string(row_.width()) + " values: check that the file is complete");
+      place_.fail_incomplete("the last row of the atom table has " + std::to_string(row_.begun()) +
+                             " of " + std::to_string(row_.width()) + " values");
     }
     kind_ = Kind::other;
     in_loop_ = false;

@@ -150,8 +150,7 @@ double CifRow::number(CifItem item, const FilePlace& place) const {
 }
 
 double CifRow::number_or_unknown(CifItem item) const {
-  return number_in(without_uncertainty(text(item)))
-      .value_or(std::numeric_limits<double>::quiet_NaN());
+  return number_or_nan(without_uncertainty(text(item)));
 }
 
 std::string_view without_uncertainty(std::string_view value) {

@@ -56,7 +56,7 @@ std::optional<ParticleCell> dcd_cell(const std::array<double, 6>& six) {
 
 class DcdFrames final : public FramesOf<BinaryInput> {
  public:
-  DcdFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {
+  DcdFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file, request) {
     read_header();
   }
 
@@ -142,14 +142,12 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   void read_moving() {
     const std::int64_t moving = static_cast<std::int64_t>(atoms_) - control_[fixed_atoms];
     if (moving < 0 || control_[fixed_atoms] < 0) {
-      input_.fail(
-          "the header has an impossible number of fixed atoms: the file is probably damaged, copy "
-          "it again");
+      input_.fail_damaged("the header has an impossible number of fixed atoms");
     }
     open_record(4 * moving);
     input_.each<std::int32_t>(static_cast<std::uint64_t>(moving), [&](std::int32_t number) {
       if (number < 1 || static_cast<std::uint64_t>(number) > atoms_) {
-        input_.fail("a moving atom does not exist: the file is probably damaged, copy it again");
+        input_.fail_damaged("a moving atom does not exist");
       }
       moving_.push_back(static_cast<std::size_t>(number) - 1);
     });
@@ -161,9 +159,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     if (input_.get<std::int32_t>() != bytes) fail_record();
   }
   void close_record(std::int64_t bytes) { open_record(bytes); }
-  [[noreturn]] void fail_record() const {
-    input_.fail("a record has the wrong length: the file is probably damaged, copy it again");
-  }
+  [[noreturn]] void fail_record() const { input_.fail_damaged("a record has the wrong length"); }
 
   [[nodiscard]] bool has_fixed() const { return control_[fixed_atoms] != 0; }
   /// X-PLOR has a double where CHARMM describes the content of a frame.
@@ -217,20 +213,16 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   std::vector<Vec3d> positions_;  // positions of the frame that was read last
 };
 
+}  // namespace
+
 /// Reads DCD (CHARMM, NAMD, X-PLOR, LAMMPS) in both byte orders, with fixed atoms and all forms of
 /// the cell. Format: CHARMM documentation, "dynamc", trajectory files. The number of a frame's step
 /// is its time.
-Particles read_dcd(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<DcdFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat dcd_format{.name = "DCD",
                                           .extensions = {".dcd"},
                                           .frames = true,
                                           .confidence = looks_like_dcd,
-                                          .read = read_dcd,
+                                          .read = read_frame<DcdFrames>,
                                           .holds = ParticleFormat::Holds::positions};
 
 }  // namespace parray::input

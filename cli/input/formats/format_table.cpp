@@ -112,7 +112,7 @@ const ParticleFormat* particle_format_of(PackedFile& file) {
   if (first == '{' || is_table) refuse_json(place, other_json);
   if (guess.confidence >= Confidence::likely) return guess.format;
   refuse_json(place, other_json);
-  if (start.bytes().empty()) place.fail("the file is empty: check that the file is complete");
+  if (start.bytes().empty()) place.fail_incomplete("the file is empty");
   const std::string unsupported = unsupported_format(start, unpacked_name(file.path()));
   if (!unsupported.empty()) place.fail("looks like " + unsupported);
   if (named != nullptr) return named;

@@ -95,7 +95,7 @@ std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& p
 
 class GroFrames final : public FramesOf<ParticleInput> {
  public:
-  GroFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     bool blank = false;
@@ -110,9 +110,7 @@ class GroFrames final : public FramesOf<ParticleInput> {
       count_ = count_field(trimmed(title_), input_.place());
       return true;
     }
-    if (!input_.next_line()) {
-      input_.fail("the file ends after its title: check that the file is complete");
-    }
+    if (!input_.next_line()) input_.fail_incomplete("the file ends after its title");
     count_ = count_field(trimmed(input_.line()), input_.place());
     return true;
   }
@@ -164,29 +162,24 @@ class GroFrames final : public FramesOf<ParticleInput> {
     atoms.add(atom);
     std::array<double, 3> velocity{};
     for (std::size_t i = 0; i < velocity.size(); ++i) {
-      velocity[i] = angstrom_per_nm * number_in(number(3 + i)).value_or(not_known);
+      velocity[i] = angstrom_per_nm * number_or_nan(number(3 + i));
     }
     atoms.numbers(velocity);
   }
 
-  ParticleRequest request_;
   std::string title_;
   std::uint64_t count_ = 0;
 };
 
+}  // namespace
+
 /// Reads GRO of GROMACS (manual.gromacs.org, "gro") in any precision, with several frames. Converts
 /// positions from nm to angstrom, so that van der Waals radii fit. Converts velocities (vx, vy, vz)
 /// to angstrom per picosecond. The box becomes the cell. "t=" in the title is the time.
-Particles read_gro(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<GroFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat gro_format{.name = "GRO",
                                           .extensions = {".gro"},
                                           .frames = true,
                                           .confidence = looks_like_gro,
-                                          .read = read_gro};
+                                          .read = read_frame<GroFrames>};
 
 }  // namespace parray::input

@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "cli/input/formats/format_table.h"
@@ -335,21 +333,16 @@ class GsdFrames final : public FrameReader {
   Chunks first_;                                         // of frame 0
 };
 
-/// Reads GSD with the schema hoomd. A frame inherits values that it lacks from frame 0, or has
-/// defaults. Half the diameter of a particle, or of
-/// the sphere that is the shape of its type, is the radius, the step is the time, and the box is
-/// the cell. Reads bonds. Numbers: mass, charge, body, vx, ix, orientation_w and so on, and what a
-/// simulation logged per particle.
-Particles read_gsd(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<GsdFrames>(file, request);
-}
-
 }  // namespace
 
+/// Reads GSD with the schema hoomd. A frame inherits values that it lacks from frame 0, or has
+/// defaults. Half the diameter of a particle, or of the sphere that is the shape of its type, is
+/// the radius, the step is the time, and the box is the cell. Reads bonds. Numbers: mass, charge,
+/// body, vx, ix, orientation_w and so on, and what a simulation logged per particle.
 constinit const ParticleFormat gsd_format{.name = "GSD",
                                           .extensions = {".gsd"},
                                           .frames = true,
                                           .confidence = looks_like_gsd,
-                                          .read = read_gsd};
+                                          .read = read_frame<GsdFrames>};
 
 }  // namespace parray::input

@@ -33,16 +33,12 @@ GsdFile::GsdFile(PackedFile& file) : file_(file), place_{file.name()} {
   read_header();
 }
 
-void GsdFile::fail_damaged(std::string_view problem) const {
-  fail(std::string(problem) + ": the file is probably damaged, copy it again");
-}
-
 void GsdFile::expect(std::uint64_t location, std::uint64_t bytes) const {
   if (location > largest_file_bytes || bytes > largest_file_bytes) {
     fail_damaged("the file states an impossible place or size of data");
   }
   if (size().value_or(UINT64_MAX) >= location + bytes) return;
-  fail("the file ends within its data: check that the file is complete");
+  place_.fail_incomplete("the file ends within its data");
 }
 
 void GsdFile::read_at(std::uint64_t location, char* to, std::size_t bytes) {
@@ -60,7 +56,7 @@ void GsdFile::read_at(std::uint64_t location, char* to, std::size_t bytes) {
   position_ = location;
   const std::size_t got = there ? file_.read(to, bytes) : 0;
   position_ += got;
-  if (got < bytes) fail("the file ends within its data: check that the file is complete");
+  if (got < bytes) place_.fail_incomplete("the file ends within its data");
 }
 
 void GsdFile::read_header() {

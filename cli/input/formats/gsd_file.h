@@ -62,8 +62,7 @@ class GsdFile {
   /// the chunk. Only reading finds the end of a packed file. numbers() and texts() call check().
   void check(const GsdChunk& chunk) const;
   /// Calls `put(value)` with each number of the chunk as a double, row by row.
-  template <typename Put>
-  void numbers(const GsdChunk& chunk, const Put& put);
+  void numbers(const GsdChunk& chunk, const auto& put);
   static constexpr std::uint32_t max_text_bytes = 1U << 16;
   /// Returns the rows of a chunk of bytes as texts, each up to its first zero byte. Fails for rows
   /// of more than max_text_bytes.
@@ -75,7 +74,7 @@ class GsdFile {
   /// Throws InputError with the file, the place and `problem`.
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
   /// Does the same and adds that the file is probably damaged.
-  [[noreturn]] void fail_damaged(std::string_view problem) const;
+  [[noreturn]] void fail_damaged(std::string_view problem) const { place_.fail_damaged(problem); }
 
  private:
   static constexpr std::size_t block_bytes = std::size_t{1} << 16;

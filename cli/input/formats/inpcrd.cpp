@@ -65,7 +65,7 @@ Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
   ParticleInput input(file);
   std::vector<std::string_view> words;
   if (!input.next_line() || !input.next_line()) {
-    input.fail("the file has no number of atoms: check that the file is complete");
+    input.fail_incomplete("the file has no number of atoms");
   }
   split_at_blanks(input.line(), words);
   if (words.empty()) {
@@ -77,7 +77,7 @@ Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
   ParticleColumns columns(input.place());
   const auto take = [&] {
     const std::optional<double> number = numbers.next();
-    if (!number) input.fail("the file ends within its positions: check that the file is complete");
+    if (!number) input.fail_incomplete("the file ends within its positions");
     return *number;
   };
   for (std::uint64_t i = 0; i < count; ++i) {

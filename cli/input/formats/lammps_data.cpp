@@ -175,9 +175,7 @@ class DataHeader {
   }
 
   static void take(const Fields& words, const FilePlace& place, std::span<double> to) {
-    if (words.size() < to.size()) {
-      place.fail("the header line has too few numbers: check that the file is complete");
-    }
+    if (words.size() < to.size()) place.fail_incomplete("the header line has too few numbers");
     for (std::size_t i = 0; i < to.size(); ++i) to[i] = number_field(words[i], "number", place);
   }
 
@@ -194,7 +192,7 @@ class DataFile {
       : request_(request), input_(file), columns_(input_.place()) {}
 
   Particles read() {
-    if (!input_.next_line()) input_.fail("the file is empty: check that the file is complete");
+    if (!input_.next_line()) input_.fail_incomplete("the file is empty");
     std::string section;  // empty: in the header
     while (next_line()) {
       if (is_section(text_)) {
@@ -210,8 +208,8 @@ class DataFile {
       input_.fail("the file has no section Atoms: check that this is a LAMMPS data file");
     }
     if (bonds_.size() < header_.bonds) {
-      input_.fail("the file has only " + std::to_string(bonds_.size()) + " of " +
-                  std::to_string(header_.bonds) + " bonds: check that the file is complete");
+      input_.fail_incomplete("the file has only " + std::to_string(bonds_.size()) + " of " +
+                             std::to_string(header_.bonds) + " bonds");
     }
     return finish();
   }
@@ -253,9 +251,7 @@ class DataFile {
   /// Adds the bond in a row: number, type, two atoms.
   void add_bond() {
     if (words_.size() < 4) {
-      input_.fail(
-          "the line needs number, type and two atoms of a bond: check that the file is "
-          "complete");
+      input_.fail_incomplete("the line needs number, type and two atoms of a bond");
     }
     bonds_.push_back(numbers_.bond(words_[2], words_[3], input_.place()));
   }
@@ -272,8 +268,8 @@ class DataFile {
     std::size_t width = 0;
     for (std::uint64_t i = 0; i < header_.atoms; ++i) {
       if (!next_line() || is_section(text_)) {
-        input_.fail("the atoms end after " + std::to_string(i) + " of " +
-                    std::to_string(header_.atoms) + ": check that the file is complete");
+        input_.fail_incomplete("the atoms end after " + std::to_string(i) + " of " +
+                               std::to_string(header_.atoms));
       }
       if (i == 0) {
         const std::vector<std::string> names = names_of_columns(hint);

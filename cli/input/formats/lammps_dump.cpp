@@ -30,9 +30,7 @@ struct DumpLayout {
 };
 
 void next_data_line(ParticleInput& input) {
-  if (!input.next_line()) {
-    input.fail("the file ends within its header: check that the file is complete");
-  }
+  if (!input.next_line()) input.fail_incomplete("the file ends within its header");
 }
 
 using BoxRows = std::array<std::array<double, 4>, 3>;
@@ -164,8 +162,7 @@ DumpHeader read_header(ParticleInput& input) {
     const std::string_view line = input.line();
     if (!line.starts_with(item_mark)) {
       input.fail("'" + printable(line) +
-                 "' is not a line 'ITEM: ...': check that this is a LAMMPS "
-                 "text dump");
+                 "' is not a line 'ITEM: ...': check that this is a LAMMPS text dump");
     }
     if (line.starts_with(atoms)) {
       if (!header.count) {
@@ -176,12 +173,12 @@ DumpHeader read_header(ParticleInput& input) {
     }
     read_item(input, header);
   } while (input.next_line());
-  input.fail("the frame has no ITEM: ATOMS: check that the file is complete");
+  input.fail_incomplete("the frame has no ITEM: ATOMS");
 }
 
 class DumpFrames final : public FramesOf<ParticleInput> {
  public:
-  DumpFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+  DumpFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file, request) {
     at_frame_ = input_.next_filled_line();
   }
 
@@ -247,26 +244,21 @@ class DumpFrames final : public FramesOf<ParticleInput> {
     }
   }
 
-  const ParticleRequest& request_;
   bool at_frame_ = false;  // true: at the first line of the next frame
   DumpHeader header_;
   std::string length_unit_;  // UNITS is in the first frame only
 };
 
+}  // namespace
+
 /// Reads LAMMPS dumps. Positions are the columns x y z, otherwise xu yu zu, otherwise xs ys zs,
 /// otherwise xsu ysu zsu. The last two are scaled by the box (orthogonal, triclinic or general).
 /// Also reads radius or diameter, type and element. Other columns are numbers on request. The time
 /// is that of TIME or, without it, of TIMESTEP. A note counts ellipsoids.
-Particles read_lammps_dump(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<DumpFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat lammps_dump_format{.name = "LAMMPS dump",
                                                   .extensions = {".lammpstrj", ".dump"},
                                                   .frames = true,
                                                   .confidence = looks_like_lammps_dump,
-                                                  .read = read_lammps_dump};
+                                                  .read = read_frame<DumpFrames>};
 
 }  // namespace parray::input

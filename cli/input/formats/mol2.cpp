@@ -33,8 +33,7 @@ constexpr std::array<GaffTypes, 10> gaff_types{
     {{" h1 h2 h3 h4 h5 ha hc hn ho hp hs hw hx ", 1},
      {" c c1 c2 c3 c5 c6 ca cc cd ce cf cg ch cp cq cs cu cv cx cy cz ", 6},
      {" n n1 n2 n3 n4 n5 n6 n7 n8 n9 n+ na nb nc nd ne nf nh ni nj nk nl nm nn no np nq ns nt nu "
-      "nv "
-      "nx ny nz ",
+      "nv nx ny nz ",
       7},
      {" o oh op oq os ow ", 8},
      {" f ", 9},
@@ -83,7 +82,7 @@ std::pair<std::string_view, std::optional<std::int32_t>> residue_in(std::string_
 /// Reads the molecules one by one. Each begins with its @<TRIPOS>MOLECULE.
 class Mol2Frames final : public FramesOf<ParticleInput> {
  public:
-  Mol2Frames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+  Mol2Frames(PackedFile& file, const ParticleRequest& request) : FramesOf(file, request) {
     while (go_to_section() && section_ != "MOLECULE") {
     }
   }
@@ -138,9 +137,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   void add_atom(AtomColumns& atoms) const {
     constexpr std::size_t least = 6;  // id name x y z type
     if (words_.size() < least) {
-      input_.fail(
-          "the line needs number, name, x, y, z and type of an atom: check that the file is "
-          "complete");
+      input_.fail_incomplete("the line needs number, name, x, y, z and type of an atom");
     }
     Atom atom;
     atom.name = words_[1];
@@ -161,9 +158,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   /// atoms are not connected.
   void add_bond(AtomColumns& atoms) const {
     if (words_.size() < 3) {
-      input_.fail(
-          "the line needs number, two atoms and type of a bond: check that the file is "
-          "complete");
+      input_.fail_incomplete("the line needs number, two atoms and type of a bond");
     }
     if (words_.size() > 3 && words_[3] == "nc") return;
     if (atoms.count() == 0) {
@@ -180,24 +175,19 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
     return cell_from({a, b, c}, {alpha, beta, gamma});
   }
 
-  ParticleRequest request_;
   std::string section_;
   bool at_heading_ = false;
   std::vector<std::string_view> words_;
 };
 
-/// Reads MOL2 ("Tripos Mol2 File Format", 2009). Molecules are frames, CRYSIN is the cell. Numbers:
-/// charge. Types are those of SYBYL or any other text.
-Particles read_mol2(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<Mol2Frames>(file, request);
-}
-
 }  // namespace
 
+/// Reads MOL2 ("Tripos Mol2 File Format", 2009). Molecules are frames, CRYSIN is the cell. Numbers:
+/// charge. Types are those of SYBYL or any other text.
 constinit const ParticleFormat mol2_format{.name = "MOL2",
                                            .extensions = {".mol2"},
                                            .frames = true,
                                            .confidence = looks_like_mol2,
-                                           .read = read_mol2};
+                                           .read = read_frame<Mol2Frames>};
 
 }  // namespace parray::input

@@ -36,12 +36,11 @@ std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) cons
     const bool site = is_virtual_site(residues_.column().of(i), names_.column().of(i), 0);
     unknown += elements[i] == 0 && !site ? 1 : 0;
   }
-  if (by_mass > 0) facts.notes.push_back(masses_note(by_mass));
-  if (by_name > 0) {
-    facts.notes.push_back(
-        {"guessed_elements", by_name,
-         in_number(by_name, "element", "elements") + " guessed from names of atoms and residues"});
-  }
+  const auto note = [&facts](std::uint64_t count, const std::string& how) {
+    if (count > 0) facts.notes.push_back(guessed_elements_note(count, how));
+  };
+  note(by_mass, "guessed from masses");
+  note(by_name, "guessed from names of atoms and residues");
   if (unknown > 0) facts.notes.push_back(unknown_elements_note(unknown));
   return elements;
 }

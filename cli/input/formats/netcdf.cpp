@@ -192,9 +192,7 @@ class HeaderReader {
     }
   }
 
-  [[noreturn]] void fail_damaged() const {
-    input_.fail("the netCDF header is not valid: the file is probably damaged, copy it again");
-  }
+  [[noreturn]] void fail_damaged() const { input_.fail_damaged("the netCDF header is not valid"); }
 
   static constexpr std::uint32_t type_char = 2;
   static constexpr std::uint32_t type_float = 5;
@@ -233,8 +231,8 @@ NetcdfHeader read_netcdf_header(BinaryInput& input) { return HeaderReader(input)
 /// 1.0.
 class NetcdfFrames final : public FramesOf<BinaryInput> {
  public:
-  NetcdfFrames(PackedFile& file, const ParticleRequest& /*request*/)
-      : FramesOf(file), header_(read_netcdf_header(input_)) {
+  NetcdfFrames(PackedFile& file, const ParticleRequest& request)
+      : FramesOf(file, request), header_(read_netcdf_header(input_)) {
     positions_ = header_.find("coordinates");
     if (positions_ == nullptr || positions_->type == NetcdfType::other ||
         positions_->shape.size() != 2 || positions_->shape[1] != 3) {
@@ -295,9 +293,7 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     input_.skip(offset - input_.position());
   }
 
-  [[noreturn]] void fail_damaged() const {
-    input_.fail("the variables overlap: the file is probably damaged, copy it again");
-  }
+  [[noreturn]] void fail_damaged() const { input_.fail_damaged("the variables overlap"); }
 
   std::vector<double> take(const NetcdfVariable& variable) {
     go_to(offset_of(variable));
@@ -342,18 +338,14 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
   std::uint64_t next_ = 0;
 };
 
-/// Reads trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
-Particles read_netcdf(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<NetcdfFrames>(file, request);
-}
-
 }  // namespace
 
+/// Reads trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
 constinit const ParticleFormat netcdf_format{.name = "AMBER NetCDF",
                                              .extensions = {".nc", ".ncdf", ".ncrst"},
                                              .frames = true,
                                              .confidence = looks_like_netcdf,
-                                             .read = read_netcdf,
+                                             .read = read_frame<NetcdfFrames>,
                                              .holds = ParticleFormat::Holds::positions};
 
 }  // namespace parray::input

@@ -1,7 +1,5 @@
 #include "cli/input/formats/not_shown.h"
 
-#include <algorithm>
-
 #include "common/base/text.h"
 
 namespace parray::input {

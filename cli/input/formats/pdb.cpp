@@ -151,17 +151,13 @@ constexpr Dialect pdb_dialect{read_pdb_record, false};
 constexpr Dialect pdbqt_dialect{read_pdbqt_record, false};
 constexpr Dialect pqr_dialect{read_pqr_record, true};
 
-bool is_record(std::string_view line, std::string_view name) {
-  return line.size() >= name.size() && lower_case(line.substr(0, name.size())) == name;
-}
-
 bool is_model(std::string_view line) {
-  return is_record(line, "model") && (line.size() == 5 || line[5] == ' ' || line[5] == '\t');
+  return is_record(line, "MODEL") && (line.size() == 5 || line[5] == ' ' || line[5] == '\t');
 }
 
 bool ends_frame(std::string_view line) {
   if (line.empty() || (line[0] != 'E' && line[0] != 'e')) return false;
-  return is_record(line, "endmdl") || lower_case(trimmed(line)) == "end";
+  return is_record(line, "ENDMDL") || lower_case(trimmed(line)) == "end";
 }
 
 /// Reads lengths and angles from the columns of CRYST1. A cell of 1 x 1 x 1 is a placeholder (NMR
@@ -199,10 +195,10 @@ ConectBonds bonds_after_models(ParticleInput input) {
   while (input.next_line()) {
     const std::string_view line = input.line();
     if (!models && is_atom_record(line)) break;
-    if (is_model(line) || is_record(line, "endmdl")) {
+    if (is_model(line) || is_record(line, "ENDMDL")) {
       models = true;
       bonds.clear();
-    } else if (is_record(line, "conect")) {
+    } else if (is_record(line, "CONECT")) {
       bonds.read(line);
     }
   }
@@ -229,7 +225,7 @@ template <const Dialect& Rules>
 class PdbFrames final : public FramesOf<ParticleInput> {
  public:
   PdbFrames(PackedFile& file, const ParticleRequest& request)
-      : FramesOf(file), request_(request), bonds_of_all_(bonds_of_all_models(file)) {
+      : FramesOf(file, request), bonds_of_all_(bonds_of_all_models(file)) {
     go_to_frame();
   }
 
@@ -292,11 +288,10 @@ class PdbFrames final : public FramesOf<ParticleInput> {
   void look_at_line() {
     const std::string_view line = input_.line();
     if (line.empty() || ascii::lower(line[0]) != 'c') return;
-    if (is_record(line, "cryst1")) cell_ = cell_in(line);
-    if (is_record(line, "conect")) bonds_.read(line);
+    if (is_record(line, "CRYST1")) cell_ = cell_in(line);
+    if (is_record(line, "CONECT")) bonds_.read(line);
   }
 
-  ParticleRequest request_;
   std::optional<ParticleCell> cell_;
   ConectBonds bonds_;
   ConectBonds bonds_of_all_;  // of frames that have no CONECT records of their own
@@ -304,44 +299,32 @@ class PdbFrames final : public FramesOf<ParticleInput> {
   bool line_is_next_ = false;  // true: the current line belongs to the frame and was not read yet
 };
 
+}  // namespace
+
 /// Reads PDB records with read_pdb_record(). Models are frames; END also separates frames. CRYST1
 /// is the cell. The bonds are those of the CONECT records in the frame and between it and the next
 /// frame. A model without such records has the bonds after the last model. Numbers: occupancy,
 /// b_factor, charge (formal).
-Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pdb_dialect>>(file, request);
-}
-
-/// Reads PDBQT of AutoDock: like PDB, with AutoDock's types and partial charges.
-Particles read_pdbqt(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pdbqt_dialect>>(file, request);
-}
-
-/// Reads PQR: like PDB, with radii and partial charges and with blanks between fields. A radius of
-/// 0 becomes the van der Waals radius.
-Particles read_pqr(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PdbFrames<pqr_dialect>>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat pdb_format{.name = "PDB",
                                           .extensions = {".pdb", ".ent", ".pdb1"},
                                           .frames = true,
                                           .confidence = looks_like_pdb,
                                           .only_header = is_only_header_of_pdb,
-                                          .read = read_pdb};
+                                          .read = read_frame<PdbFrames<pdb_dialect>>};
 
+/// Reads PDBQT of AutoDock: like PDB, with AutoDock's types and partial charges.
 constinit const ParticleFormat pdbqt_format{.name = "PDBQT",
                                             .extensions = {".pdbqt"},
                                             .frames = true,
                                             .confidence = looks_like_pdbqt,
-                                            .read = read_pdbqt};
+                                            .read = read_frame<PdbFrames<pdbqt_dialect>>};
 
+/// Reads PQR: like PDB, with radii and partial charges and with blanks between fields. A radius of
+/// 0 becomes the van der Waals radius.
 constinit const ParticleFormat pqr_format{.name = "PQR",
                                           .extensions = {".pqr"},
                                           .frames = true,
                                           .confidence = looks_like_pqr,
-                                          .read = read_pqr};
+                                          .read = read_frame<PdbFrames<pqr_dialect>>};
 
 }  // namespace parray::input

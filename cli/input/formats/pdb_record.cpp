@@ -50,17 +50,6 @@ char record_column(std::string_view line, std::size_t at) {
   return line.size() < at ? ' ' : line[at - 1];
 }
 
-double number_or_unknown(std::string_view text) { return number_in(text).value_or(not_known); }
-
-bool same_word(std::string_view line, std::string_view word) {
-  if (line.size() < word.size()) return false;
-  for (std::size_t i = 0; i < word.size(); ++i) {
-    const char c = line[i];
-    if ((c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c) != word[i]) return false;
-  }
-  return true;
-}
-
 /// Parses "2+", "1-" or "+2". Returns not_known for other texts.
 double formal_charge(std::string_view text) {
   if (text.size() != 2) return not_known;
@@ -152,8 +141,8 @@ void read_columns(std::string_view line, const Vec3d& position, AtomRecord& reco
   record.two_letters = has_two_letters(line, record.name);
   read_residue(line, record);
   read_number(line, record);
-  record.occupancy = number_or_unknown(record_field(line, 55, 60));
-  record.b_factor = number_or_unknown(record_field(line, 61, 66));
+  record.occupancy = number_or_nan(record_field(line, 55, 60));
+  record.b_factor = number_or_nan(record_field(line, 61, 66));
 }
 
 /// Replaces tabs by blanks up to the next multiple of eight columns. Removes digits of a serial
@@ -284,16 +273,13 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 
 [[noreturn]] void fail_position(std::string_view line, const FilePlace& place) {
   if (line.size() < 54) {
-    place.fail(
-        "the record ends before column 54, the last of its coordinates: check that the file is "
-        "complete");
+    place.fail_incomplete("the record ends before column 54, the last of its coordinates");
   }
   for (const auto& [name, first] : {std::pair{"x", 31U}, {"y", 39U}, {"z", 47U}}) {
     number_field(record_field(line, first, first + 7), std::string(name), place);
   }
   place.fail(
-      "text precedes the coordinates in columns 31 to 54: check that the columns are not "
-      "shifted");
+      "text precedes the coordinates in columns 31 to 54: check that the columns are not shifted");
 }
 
 /// Reads the part of a record that PDB and PDBQT share. Returns the line with its columns aligned.
@@ -301,7 +287,7 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 std::optional<std::string_view> read_shared(std::string_view line, std::string& aligned,
                                             const FilePlace& place, AtomRecord& record) {
   if (line.find('\0') != std::string_view::npos) {
-    place.fail("the record contains a zero byte: the file is probably damaged, copy it again");
+    place.fail_damaged("the record contains a zero byte");
   }
   const bool tabs = line.find('\t') != std::string_view::npos;
   auto position = tabs ? std::nullopt : columns_position(line);
@@ -319,10 +305,15 @@ std::optional<std::string_view> read_shared(std::string_view line, std::string& 
 
 }  // namespace
 
+bool is_record(std::string_view line, std::string_view name) {
+  return std::ranges::equal(line.substr(0, name.size()), name, {},
+                            [](char c) { return ascii::upper(c); });
+}
+
 bool is_atom_record(std::string_view line) {
   if (line.size() < 7) return false;
-  if (same_word(line, "HETATM")) return true;
-  return same_word(line, "ATOM") && (ascii::is_blank(line[4]) || ascii::is_digit(line[4]));
+  if (is_record(line, "HETATM")) return true;
+  return is_record(line, "ATOM") && (ascii::is_blank(line[4]) || ascii::is_digit(line[4]));
 }
 
 void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record) {
@@ -342,12 +333,12 @@ void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord
   std::string aligned;
   const auto fixed = read_shared(line, aligned, place, record);
   if (fixed) {
-    record.charge = number_or_unknown(record_field(*fixed, 67, 76));
+    record.charge = number_or_nan(record_field(*fixed, 67, 76));
     record.type = record_field(*fixed, 78, 80);
   } else {
     const RecordWords words(line);
     record.type = words[words.size() - 1];
-    record.charge = number_or_unknown(words[words.size() - 2]);
+    record.charge = number_or_nan(words[words.size() - 2]);
   }
   record.element = element_of_autodock_type(record.type);
 }

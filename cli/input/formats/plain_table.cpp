@@ -1,7 +1,6 @@
 #include "cli/input/formats/plain_table.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>

@@ -52,9 +52,8 @@ class PlyRows {
   bool read(const char* rows, std::size_t count, Particles& out, std::size_t first) const;
 
  private:
-  template <typename Put>
   bool read_property(std::size_t property, const char* rows, std::size_t count, double least,
-                     double most, const Put& put) const;
+                     double most, const auto& put) const;
   bool read_vectors(const std::array<std::size_t, 3>& properties, const char* rows,
                     std::size_t count, double least, double most, Vec3d* to) const;
 
@@ -305,9 +304,8 @@ void check_size(const PlyHeader& header, const ParticleInput& input) {
   }
   if (header.format == PlyFormat::ascii) needed -= std::min<std::uint64_t>(needed, 1);
   if (needed > *left) {
-    input.fail("the header requires at least " + std::to_string(needed) +
-               " bytes of data, but only " + std::to_string(*left) +
-               " follow it: check that the file is complete");
+    input.fail_incomplete("the header requires at least " + std::to_string(needed) +
+                          " bytes of data, but only " + std::to_string(*left) + " follow it");
   }
 }
 

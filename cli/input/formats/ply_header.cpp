@@ -17,9 +17,7 @@ constexpr std::size_t max_properties = 1024;  // of one element
 
 /// Goes to the next line of the header. Returns its words.
 Words next_words(ParticleInput& input) {
-  if (!input.next_line()) {
-    input.fail("the file ends before end_header: check that the file is complete");
-  }
+  if (!input.next_line()) input.fail_incomplete("the file ends before end_header");
   Words words;
   split_at_blanks(input.line(), words);
   return words;

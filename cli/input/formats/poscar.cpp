@@ -9,6 +9,7 @@
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/frames.h"
+#include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
@@ -155,7 +156,7 @@ class PoscarHeaderReader {
  private:
   void next_line() {
     if (input_.next_line()) return;
-    input_.fail("the file ends within its header: check that the file is complete");
+    input_.fail_incomplete("the file ends within its header");
   }
 
   Vec3d take_vector(const char* remedy) {
@@ -233,7 +234,7 @@ constexpr std::array<std::string_view, 3> velocity_names{"vx", "vy", "vz"};
 class PoscarFrames final : public FramesOf<ParticleInput> {
  public:
   PoscarFrames(PackedFile& file, const ParticleRequest& request)
-      : FramesOf(file), request_(request), at_frame_(input_.next_line()) {}
+      : FramesOf(file, request), at_frame_(input_.next_line()) {}
 
   bool next() override {
     if (!at_frame_ || at_row_) return at_frame_;
@@ -394,13 +395,10 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
            in_number(header_.atoms, "atom of an unknown element", "atoms of unknown elements") +
                ", because the file names none"});
     } else if (header_.from_title && !named_by_rows_) {
-      notes.push_back(
-          {"guessed_elements", header_.atoms,
-           in_number(header_.atoms, "element", "elements") + " taken from the file's title"});
+      notes.push_back(guessed_elements_note(header_.atoms, "taken from the file's title"));
     }
   }
 
-  ParticleRequest request_;
   PoscarHeader header_;
   bool at_frame_;                        // true: at the first line of the next frame
   bool at_row_ = false;                  // true: at a row that has not been read
@@ -413,21 +411,17 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
   LineWords words_;                      // words of the current row
 };
 
+}  // namespace
+
 /// Reads POSCAR, CONTCAR and XDATCAR, and the atoms of CHGCAR and LOCPOT, of VASP 4 (without names
 /// of species) and later. Elements come from the line of names, from symbols after the positions,
 /// or from the title. The lattice is the cell. The number of a frame in XDATCAR is its time.
 /// Velocities are vx, vy, vz.
-Particles read_poscar(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<PoscarFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat poscar_format{.name = "POSCAR",
                                              .extensions = {".vasp", ".poscar", ".contcar"},
                                              .names = {"poscar", "contcar", "xdatcar"},
                                              .frames = true,
                                              .confidence = looks_like_poscar,
-                                             .read = read_poscar};
+                                             .read = read_frame<PoscarFrames>};
 
 }  // namespace parray::input

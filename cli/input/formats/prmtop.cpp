@@ -67,9 +67,9 @@ class Sections {
     if (found == sections_.end()) return none;
     const auto& [place, fields] = found->second;
     if (fields.size() == count) return found->second;
-    place.fail("section " + name + " has " + std::to_string(fields.size()) +
-               in_number(fields.size(), " field", " fields") + " instead of " +
-               std::to_string(count) + ": check that the file is complete");
+    place.fail_incomplete("section " + name + " has " + std::to_string(fields.size()) +
+                          in_number(fields.size(), " field", " fields") + " instead of " +
+                          std::to_string(count));
   }
 
   /// Returns the number at a place of the section POINTERS.
@@ -98,7 +98,7 @@ class Sections {
   }
 
   void split(std::string_view line, Section::Fields& fields) const {
-    if (width_ == 0) input_.fail("fields precede their %FORMAT: check that the file is complete");
+    if (width_ == 0) input_.fail_incomplete("fields precede their %FORMAT");
     while (!line.empty()) {
       const std::string_view field = line.substr(0, width_);
       if (line.size() < width_ && trimmed(field).empty()) return;
@@ -165,8 +165,8 @@ void add_bonds(const Section& section, std::uint64_t atoms, std::vector<StatedBo
   const auto number = [&place = place](const std::string& field) {
     const std::uint64_t offset = natural_in(field).value_or(1);
     if (offset % step == 0) return std::to_string(offset / step + 1);
-    place.fail("a bond has the offset '" + printable(field) +
-               "', which is not a multiple of 3: check that the file is complete");
+    place.fail_incomplete("a bond has the offset '" + printable(field) +
+                          "', which is not a multiple of 3");
   };
   for (std::size_t i = 0; i + 1 < fields.size(); i += step) {
     bonds.push_back(bond_field(number(fields[i]), number(fields[i + 1]), atoms, place));
@@ -188,9 +188,7 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   const auto& types = sections.of("AMBER_ATOM_TYPE", count).fields;
   const auto& charges = sections.of("CHARGE", count).fields;
   const auto& masses = sections.of("MASS", count).fields;
-  if (names.empty()) {
-    input.fail("the file has no section ATOM_NAME: check that the file is complete");
-  }
+  if (names.empty()) input.fail_incomplete("the file has no section ATOM_NAME");
   Residues residues(sections, sections.pointer(residues_place), count);
   NameTable atoms(input.place());
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -32,9 +32,8 @@ NamedAtom atom_in_row(const std::vector<std::string_view>& row, const FilePlace&
   const bool has_segment = row.size() >= least_columns && leading_number(row[2]).has_value();
   const std::size_t at = has_segment ? 2 : 1;
   if (row.size() < at + 6) {
-    place.fail(std::to_string(row.size()) +
-               " columns, but an atom of PSF has at least 8, or 7 without a segment: check that "
-               "the file is complete");
+    place.fail_incomplete(std::to_string(row.size()) +
+                          " columns, but an atom of PSF has at least 8, or 7 without a segment");
   }
   NamedAtom atom;
   if (has_segment) atom.chain = row[1];
@@ -60,7 +59,7 @@ std::uint64_t find_atoms(ParticleInput& input) {
       return count_field(words[0], input.place());
     }
   }
-  input.fail("the file has no section !NATOM: check that the file is complete");
+  input.fail_incomplete("the file has no section !NATOM");
 }
 
 /// Returns the count of the section NBOND, which follows the atoms. Returns 0 without the section.

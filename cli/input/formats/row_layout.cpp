@@ -51,7 +51,7 @@ class Header {
       : names_(&names), place_(&place) {}
 
   std::optional<std::size_t> find(std::string_view name) const {
-    const auto found = std::find(names_->begin(), names_->end(), name);
+    const auto found = std::ranges::find(*names_, name);
     if (found == names_->end()) return {};
     if (std::find(found + 1, names_->end(), name) != names_->end()) {
       place_->fail("two columns are named '" + std::string(name) + "': rename one");
@@ -82,7 +82,7 @@ RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& plac
   if (!position) {
     const auto is_missing = [&](std::string_view axis) { return !header.find(axis); };
     place.fail("the table has no column '" +
-               std::string(*std::find_if(axis_names.begin(), axis_names.end(), is_missing)) +
+               std::string(*std::ranges::find_if(axis_names, is_missing)) +
                "': name the columns x, y and z");
   }
   layout.position = *position;

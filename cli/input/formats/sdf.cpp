@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -61,7 +60,7 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
 /// Reads the molecules one by one. Each has its own header.
 class SdfFrames final : public FramesOf<ParticleInput> {
  public:
-  SdfFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     if (!read_header()) return false;
@@ -110,7 +109,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     for (int line = 0; line < 4; ++line) {
       if (!input_.next_line()) {
         if (blank) return false;
-        input_.fail("the file ends within a molecule's header: check that the file is complete");
+        input_.fail_incomplete("the file ends within a molecule's header");
       }
       blank = blank && trimmed(input_.line()).empty();
     }
@@ -122,13 +121,9 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   }
 
   void go_on() {
-    if (!input_.next_line()) {
-      input_.fail("the file ends within a molecule: check that the file is complete");
-    }
+    if (!input_.next_line()) input_.fail_incomplete("the file ends within a molecule");
     if (!ends_molecule(input_.line())) return;
-    if (atoms_ + bonds_ == 0) {
-      input_.fail("the molecule has no line 'M  V30 COUNTS': check that the file is complete");
-    }
+    if (atoms_ + bonds_ == 0) input_.fail_incomplete("the molecule has no line 'M  V30 COUNTS'");
     input_.fail("the molecule ends before its " + std::to_string(atoms_) + " atoms and " +
                 std::to_string(bonds_) + " bonds: check these numbers");
   }
@@ -220,7 +215,6 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     }
   }
 
-  ParticleRequest request_;
   bool extended_ = false;
   bool charges_listed_ = false;
   std::uint64_t atoms_ = 0;
@@ -230,18 +224,14 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   std::vector<std::string_view> words_;
 };
 
-/// Reads MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are
-/// its frames. Names and types are the symbols. Numbers: charge (formal).
-Particles read_sdf(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<SdfFrames>(file, request);
-}
-
 }  // namespace
 
+/// Reads MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are
+/// its frames. Names and types are the symbols. Numbers: charge (formal).
 constinit const ParticleFormat sdf_format{.name = "SDF",
                                           .extensions = {".sdf", ".mol", ".sd"},
                                           .frames = true,
                                           .confidence = looks_like_sdf,
-                                          .read = read_sdf};
+                                          .read = read_frame<SdfFrames>};
 
 }  // namespace parray::input

@@ -1,7 +1,6 @@
 #include "cli/input/formats/table_shape.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 
 #include "cli/input/formats/table_rows.h"

@@ -2,7 +2,6 @@
 #include <array>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/formats/bond_fields.h"
@@ -44,8 +43,7 @@ Confidence looks_like_tinker(const FileStart& start) {
 /// Reads the frames one by one. Archives (.arc) have several.
 class TinkerFrames final : public FramesOf<ParticleInput> {
  public:
-  TinkerFrames(PackedFile& file, const ParticleRequest& request)
-      : FramesOf(file), request_(request) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     if (!input_.next_filled_line()) return false;
@@ -114,25 +112,20 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
     }
   }
 
-  ParticleRequest request_;
   std::uint64_t count_ = 0;
   bool at_atom_ = false;  // true: the current line is the first atom
   std::optional<ParticleCell> cell_;
   Fields words_;
 };
 
-/// Reads Tinker's coordinates and archives, with or without a box. The names give the elements, and
-/// a note says so. Types are the numbers of the force field.
-Particles read_tinker(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<TinkerFrames>(file, request);
-}
-
 }  // namespace
 
+/// Reads Tinker's coordinates and archives, with or without a box. The names give the elements, and
+/// a note says so. Types are the numbers of the force field.
 constinit const ParticleFormat tinker_format{.name = "Tinker",
                                              .extensions = {".txyz", ".arc"},
                                              .frames = true,
                                              .confidence = looks_like_tinker,
-                                             .read = read_tinker};
+                                             .read = read_frame<TinkerFrames>};
 
 }  // namespace parray::input

@@ -50,7 +50,7 @@ constexpr std::array<std::uint32_t, 73> small_sizes{
 constexpr std::int32_t first_small = 9;
 
 [[noreturn]] void fail_damaged(const FilePlace& place) {
-  place.fail("the packed coordinates are not valid: the file is probably damaged, copy it again");
+  place.fail_damaged("the packed coordinates are not valid");
 }
 
 /// Reads bits, from the highest to the lowest of each byte.
@@ -250,7 +250,7 @@ Particles frame_in_nm(std::vector<Vec3d> positions, const FilePlace& place) {
 
 class XtcFrames final : public FramesOf<BinaryInput> {
  public:
-  XtcFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     if (input_.at_end()) return false;
@@ -258,7 +258,7 @@ class XtcFrames final : public FramesOf<BinaryInput> {
     constexpr std::int32_t magic_of_long_frames = 2023;  // uses 64 bits for byte counts
     const auto found = input_.get<std::int32_t>();
     if (found != magic && found != magic_of_long_frames) {
-      input_.fail("the data are not a frame of XTC: the file is probably damaged, copy it again");
+      input_.fail_damaged("the data are not a frame of XTC");
     }
     is_long_ = found == magic_of_long_frames;
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
@@ -298,15 +298,13 @@ class XtcFrames final : public FramesOf<BinaryInput> {
   /// Reads the second number of atoms. Fails unless both numbers are equal.
   void check_atoms() {
     if (input_.get<std::int32_t>() == static_cast<std::int64_t>(atoms_)) return;
-    input_.fail(
-        "one frame has two different numbers of atoms: the file is probably damaged, copy it "
-        "again");
+    input_.fail_damaged("one frame has two different numbers of atoms");
   }
 
   /// Returns the number of bytes of packed coordinates, including the padding.
   std::uint64_t take_size() {
     const std::int64_t bytes = is_long_ ? input_.get<std::int64_t>() : input_.get<std::int32_t>();
-    if (bytes < 0) input_.fail("the size is negative: the file is probably damaged, copy it again");
+    if (bytes < 0) input_.fail_damaged("the size is negative");
     return padded(static_cast<std::uint64_t>(bytes));
   }
 
@@ -336,7 +334,7 @@ class XtcFrames final : public FramesOf<BinaryInput> {
 
 class TrrFrames final : public FramesOf<BinaryInput> {
  public:
-  TrrFrames(PackedFile& file, const ParticleRequest& /*request*/) : FramesOf(file) {}
+  using FramesOf::FramesOf;
 
   bool next() override {
     if (input_.at_end()) return false;
@@ -370,18 +368,14 @@ class TrrFrames final : public FramesOf<BinaryInput> {
   void read_head() {
     constexpr std::int32_t magic = 1993;
     constexpr std::uint64_t longest_version = 64;
-    if (input_.get<std::int32_t>() != magic) {
-      input_.fail("the data are not a frame of TRR: the file is probably damaged, copy it again");
-    }
+    if (input_.get<std::int32_t>() != magic) input_.fail_damaged("the data are not a frame of TRR");
     input_.get<std::int32_t>();  // length of the version, in another form
     const auto version = input_.get<std::uint32_t>();
-    if (version > longest_version) {
-      input_.fail("the version is not valid: the file is probably damaged, copy it again");
-    }
+    if (version > longest_version) input_.fail_damaged("the version is not valid");
     input_.skip(padded(version));
     for (std::uint64_t& size : sizes_) {
       const auto bytes = input_.get<std::int32_t>();
-      if (bytes < 0) input_.fail("a size is negative: the file is probably damaged, copy it again");
+      if (bytes < 0) input_.fail_damaged("a size is negative");
       size = static_cast<std::uint64_t>(bytes);
     }
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
@@ -400,9 +394,7 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     is_double_ = is_double_ || sizes_[box] == 72;
     const std::uint64_t real = is_double_ ? 8 : 4;
     if (has_positions() && sizes_[positions] != 3 * real * atoms_) {
-      input_.fail(
-          "the positions do not fit the number of atoms: the file is probably damaged, copy it "
-          "again");
+      input_.fail_damaged("the positions do not fit the number of atoms");
     }
   }
 
@@ -440,28 +432,20 @@ class TrrFrames final : public FramesOf<BinaryInput> {
   double time_ = 0;
 };
 
-Particles read_xtc(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<XtcFrames>(file, request);
-}
-
-Particles read_trr(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<TrrFrames>(file, request);
-}
-
 }  // namespace
 
 constinit const ParticleFormat xtc_format{.name = "XTC",
                                           .extensions = {".xtc"},
                                           .frames = true,
                                           .confidence = looks_like_xtc,
-                                          .read = read_xtc,
+                                          .read = read_frame<XtcFrames>,
                                           .holds = ParticleFormat::Holds::positions};
 
 constinit const ParticleFormat trr_format{.name = "TRR",
                                           .extensions = {".trr"},
                                           .frames = true,
                                           .confidence = looks_like_trr,
-                                          .read = read_trr,
+                                          .read = read_frame<TrrFrames>,
                                           .holds = ParticleFormat::Holds::positions};
 
 }  // namespace parray::input

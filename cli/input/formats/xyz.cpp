@@ -7,6 +7,7 @@
 #include "cli/input/formats/table_shape.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
+#include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
 #include "common/base/printable.h"
@@ -233,9 +234,7 @@ void distinguish_types_from_elements(std::string_view comment, Particles& partic
     });
     if (numbers > 0) {
       particles.facts.notes.push_back(
-          {"guessed_elements", static_cast<std::uint64_t>(numbers),
-           in_number(static_cast<std::uint64_t>(numbers), "element", "elements") +
-               " given by atomic numbers"});
+          guessed_elements_note(static_cast<std::uint64_t>(numbers), "given by atomic numbers"));
     }
     return;
   }
@@ -250,16 +249,14 @@ void distinguish_types_from_elements(std::string_view comment, Particles& partic
 /// Reads frames. Each frame is a count, a comment and `count` rows.
 class XyzFrames final : public FramesOf<ParticleInput> {
  public:
-  XyzFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+  XyzFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file, request) {
     at_count_ = input_.next_line();
   }
 
   bool next() override {
     if (!at_count_) return false;
     count_ = count_field(trimmed(input_.line()), input_.place());
-    if (!input_.next_line()) {
-      input_.fail("the file ends before its comment line: check that the file is complete");
-    }
+    if (!input_.next_line()) input_.fail_incomplete("the file ends before its comment line");
     return true;
   }
 
@@ -298,10 +295,11 @@ class XyzFrames final : public FramesOf<ParticleInput> {
     input_.fail("text follows the last particle: check the number of particles in the frame");
   }
 
-  const ParticleRequest& request_;
   bool at_count_ = false;  // true: at the count of the next frame
   std::uint64_t count_ = 0;
 };
+
+}  // namespace
 
 /// Reads XYZ: a count, a comment, then a name and three numbers per line. Ignores further columns.
 /// A name is a symbol, an atomic number or any other text (element unknown). Numbers are types,
@@ -310,16 +308,10 @@ class XyzFrames final : public FramesOf<ParticleInput> {
 /// Z), pos, type, radius and color. Colours are linear from 0 to 1 (type R) or 8-bit sRGB (type I).
 /// Other properties are numbers on request: vectors as name_x, name_y, name_z, and their length as
 /// name. Lattice, Origin and pbc are the cell. Time or, without it, the step is the time.
-Particles read_xyz(PackedFile& file, const ParticleRequest& request) {
-  return read_frame<XyzFrames>(file, request);
-}
-
-}  // namespace
-
 constinit const ParticleFormat xyz_format{.name = "XYZ",
                                           .extensions = {".xyz", ".extxyz"},
                                           .frames = true,
                                           .confidence = looks_like_xyz,
-                                          .read = read_xyz};
+                                          .read = read_frame<XyzFrames>};
 
 }  // namespace parray::input

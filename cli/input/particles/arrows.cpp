@@ -4,7 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <utility>
 
 #include "cli/input/particles/beads.h"
 #include "cli/input/particles/file_place.h"
@@ -55,22 +54,16 @@ std::vector<Columns> candidates(std::string_view arrows) {
   return all;
 }
 
-const NumberColumn* column_of(const std::string& name, const Particles& particles) {
-  const auto found = std::ranges::find(particles.numbers, name, &NumberColumn::name);
-  return found == particles.numbers.end() ? nullptr : &*found;
-}
-
 /// Returns the columns of the vectors. Throws UnknownNumber if the particles lack them.
 std::array<const NumberColumn*, 3> columns_in(const Particles& particles, std::string_view arrows) {
   const std::vector<Columns> all = candidates(arrows);
   for (const Columns& names : all) {
-    const std::array<const NumberColumn*, 3> columns{column_of(names[0], particles),
-                                                     column_of(names[1], particles),
-                                                     column_of(names[2], particles)};
+    const std::array columns{particles.numbers_named(names[0]), particles.numbers_named(names[1]),
+                             particles.numbers_named(names[2])};
     if (std::ranges::count(columns, nullptr) == 0) return columns;
   }
   for (const std::string& name : all.front()) {
-    if (column_of(name, particles) == nullptr) throw UnknownNumber(name);
+    if (particles.numbers_named(name) == nullptr) throw UnknownNumber(name);
   }
   return {};
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/elements.h"
 #include "common/scene/scene_ranges.h"
 
@@ -28,12 +29,7 @@ std::uint64_t noted(const Particles& particles, std::string_view key) {
 
 /// Returns the positions in the order of the coordinate in which they extend farthest.
 std::vector<Vec3d> sorted_along_widest(std::span<const Vec3d> positions) {
-  Vec3d low = positions.front();
-  Vec3d high = low;
-  for (const Vec3d& p : positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
+  const auto [low, high] = bounds_of(positions);
   const Vec3d extent = high - low;
   std::vector<Vec3d> sorted(positions.begin(), positions.end());
   // The widest coordinate comes first: the others only shift or swap.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/beads.h"
 #include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/length_unit.h"
@@ -36,12 +37,7 @@ void check_unit(const Particles& particles) {
 /// wide, that is not periodic.
 ParticleCell cell_of(const Particles& particles, double least) {
   if (particles.cell) return *particles.cell;
-  Vec3d low = particles.positions.front();
-  Vec3d high = low;
-  for (const Vec3d& p : particles.positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
+  const auto [low, high] = bounds_of(particles.positions);
   const Vec3d extent = high - low;
   return {low,
           {Vec3d{std::max(extent.x, least), 0, 0}, Vec3d{0, std::max(extent.y, least), 0},

@@ -1,10 +1,8 @@
 #include "cli/input/particles/cell_operations.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
-#include <utility>
 #include <vector>
 
 #include "cli/input/particles/file_place.h"

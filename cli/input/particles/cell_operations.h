@@ -4,7 +4,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <string_view>
 
 #include "cli/input/particles/particles.h"
 #include "cli/input/particles/periodic.h"

@@ -79,12 +79,8 @@ constexpr std::array<Row, last_element + 1> periodic_table{{
 std::array<Element, periodic_table.size()> elements_of_rows() {
   std::array<Element, periodic_table.size()> elements{};
   for (std::size_t i = 0; i < periodic_table.size(); ++i) {
-    const std::uint32_t color = periodic_table[i].color;
-    const auto channel = [color](int shift) {
-      return static_cast<double>((color >> shift) & 0xFFU);
-    };
-    elements[i] = {periodic_table[i].symbol, periodic_table[i].radius,
-                   linear_of_srgb8({channel(16), channel(8), channel(0)})};
+    const auto& [symbol, radius, color] = periodic_table[i];
+    elements[i] = {symbol, radius, linear_of_code(color)};
   }
   return elements;
 }

@@ -16,6 +16,14 @@ void FilePlace::fail(std::string_view problem) const {
   throw InputError(message.append(": ").append(problem));
 }
 
+void FilePlace::fail_damaged(std::string_view problem) const {
+  fail(std::string(problem) + ": the file is probably damaged, copy it again");
+}
+
+void FilePlace::fail_incomplete(std::string_view problem) const {
+  fail(std::string(problem) + ": check that the file is complete");
+}
+
 double number_field(std::string_view text, std::string_view what, const FilePlace& place) {
   const std::optional<double> value = number_in(text);
   if (!value) {

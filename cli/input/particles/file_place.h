@@ -25,6 +25,9 @@ struct FilePlace {
   /// "FILE: PROBLEM" for the whole file. Makes the file's name printable; the caller makes
   /// `problem` printable.
   [[noreturn]] void fail(std::string_view problem) const;
+  /// Do the same for problems that damage, or a missing part of the file, explains.
+  [[noreturn]] void fail_damaged(std::string_view problem) const;
+  [[noreturn]] void fail_incomplete(std::string_view problem) const;
 };
 
 /// Parses a number. `what` names the number in the message. Fails at `place` for other texts and

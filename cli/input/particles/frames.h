@@ -30,11 +30,13 @@ class FrameReader {
 template <typename Input>
 class FramesOf : public FrameReader {
  public:
-  explicit FramesOf(PackedFile& file) : input_(file) {}
+  /// The request outlives this object.
+  FramesOf(PackedFile& file, const ParticleRequest& request) : input_(file), request_(request) {}
   [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
 
  protected:
   Input input_;
+  const ParticleRequest& request_;
 };
 
 /// Makes a reader that is positioned before the first frame. The request outlives the reader.

@@ -193,9 +193,8 @@ std::vector<std::uint8_t> elements_of_masses(const std::vector<double>& masses) 
   return elements;
 }
 
-ParticleNote masses_note(std::uint64_t count) {
-  return {"guessed_elements", count,
-          in_number(count, "element", "elements") + " guessed from masses"};
+ParticleNote guessed_elements_note(std::uint64_t count, const std::string& how) {
+  return {"guessed_elements", count, in_number(count, "element ", "elements ") + how};
 }
 
 ParticleNote unknown_elements_note(std::uint64_t count) {
@@ -215,7 +214,7 @@ void take_elements_of_masses(const std::vector<double>& masses, Particles& parti
   if (guessed == 0) return;
   const std::uint64_t unknown = particles.count() - guessed;
   particles.elements = std::move(elements);
-  particles.facts.notes.push_back(masses_note(guessed));
+  particles.facts.notes.push_back(guessed_elements_note(guessed, "guessed from masses"));
   if (unknown > 0) particles.facts.notes.push_back(unknown_elements_note(unknown));
 }
 

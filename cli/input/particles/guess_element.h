@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -37,8 +38,8 @@ bool shows_flush_left(std::string_view residue, std::string_view name);
 /// units with masses of 1.
 std::vector<std::uint8_t> elements_of_masses(const std::vector<double>& masses);
 
-/// Returns the note that masses gave the elements of `count` particles.
-ParticleNote masses_note(std::uint64_t count);
+/// Returns the note on the elements of `count` particles. `how`: "guessed from masses".
+ParticleNote guessed_elements_note(std::uint64_t count, const std::string& how);
 
 /// Returns the note that the elements of `count` particles are unknown.
 ParticleNote unknown_elements_note(std::uint64_t count);

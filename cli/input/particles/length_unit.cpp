@@ -5,6 +5,7 @@
 #include <span>
 
 #include "cli/input/scene_file/label_settings.h"
+#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {
@@ -64,20 +65,6 @@ std::span<const std::string_view> family_of(std::string_view unit) {
   return {};
 }
 
-/// Returns whether the text is UTF-8 (the leading bytes announce the continuation bytes) without
-/// control characters.
-bool is_showable(std::string_view text) {
-  std::size_t following = 0;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool continues = (byte & 0xC0U) == 0x80U;
-    const bool never = byte < 0x20 || byte == 0x7F || byte == 0xC0 || byte == 0xC1 || byte >= 0xF5;
-    if (never || continues != (following > 0)) return false;
-    following = continues ? following - 1 : byte < 0x80 ? 0 : byte < 0xE0 ? 1 : byte < 0xF0 ? 2 : 3;
-  }
-  return following == 0;
-}
-
 }  // namespace
 
 const LengthUnit* length_unit(std::string_view text) {
@@ -90,7 +77,7 @@ const LengthUnit* length_unit(std::string_view text) {
 
 std::string readable_unit(std::string_view text) {
   if (const LengthUnit* const length = length_unit(text)) return std::string(length->name);
-  return text.size() <= longest_unit && is_showable(text) ? std::string(text) : "";
+  return text.size() <= longest_unit && printable(text) == text ? std::string(text) : "";
 }
 
 std::string_view length_unit_of_lammps(std::string_view style) {

@@ -18,7 +18,7 @@ const LengthUnit* length_unit(std::string_view text);
 
 /// Returns `text` as a unit that a label can show. Units of length get their names (LengthUnit).
 /// Other units stay unchanged. Returns "" for texts that no label can show: longer than
-/// longest_unit bytes, not UTF-8, or with control characters. Also knows the signs of
+/// longest_unit bytes, not UTF-8, or with control or invisible characters. Also knows the signs of
 /// micrometres and angstrom in Latin-1.
 std::string readable_unit(std::string_view text);
 

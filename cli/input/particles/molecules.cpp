@@ -86,11 +86,6 @@ class BondWalk {
   Molecules molecules_;
 };
 
-const std::vector<double>* numbers_named(std::string_view name, const Particles& particles) {
-  const auto found = std::ranges::find(particles.numbers, name, &NumberColumn::name);
-  return found == particles.numbers.end() ? nullptr : &found->values;
-}
-
 /// Numbers molecules by equal values, in the order of their first use.
 std::vector<std::uint32_t> molecules_of(const std::vector<double>& numbers) {
   std::unordered_map<double, std::uint32_t> known;
@@ -115,7 +110,7 @@ std::vector<std::uint32_t> residues_of(const Particles& particles) {
 /// Returns the molecules that the columns of the file name. Returns nothing without such columns.
 std::vector<std::uint32_t> named_molecules(const Particles& particles) {
   for (const std::string_view name : molecule_numbers) {
-    if (const auto* numbers = numbers_named(name, particles)) return molecules_of(*numbers);
+    if (const auto* numbers = particles.numbers_named(name)) return molecules_of(numbers->values);
   }
   return particles.residue_numbers.empty() ? std::vector<std::uint32_t>{} : residues_of(particles);
 }
@@ -124,8 +119,8 @@ std::vector<std::uint32_t> named_molecules(const Particles& particles) {
 void follow_order(const std::vector<std::uint32_t>& molecules, Particles& particles) {
   std::vector<std::size_t> order(particles.count());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  if (const std::vector<double>* ids = numbers_named("id", particles)) {
-    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return (*ids)[i]; });
+  if (const NumberColumn* const ids = particles.numbers_named("id")) {
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return ids->values[i]; });
   }
   const CellFractions fractions(*particles.cell);
   constexpr std::size_t none = std::numeric_limits<std::size_t>::max();

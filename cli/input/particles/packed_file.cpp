@@ -308,9 +308,7 @@ void PackedFile::take(OpenFile file) {
   file_ = std::move(file);
   std::array<char, 6> first{};
   const std::size_t got = read_some(file_.number(), first.data(), first.size(), 0, place_);
-  if (got == 0 || status.st_size == 0) {
-    place_.fail("the file is empty: check that the file is complete");
-  }
+  if (got == 0 || status.st_size == 0) place_.fail_incomplete("the file is empty");
   const std::string_view bytes(first.data(), got);
   const auto is_it = [&](const Packing& known) { return bytes.starts_with(known.signature); };
   const auto* const packing = std::ranges::find_if(packings, is_it);

@@ -18,8 +18,7 @@ void append(std::vector<T>& column, const T& value, std::size_t expected) {
   column.push_back(value);
 }
 
-template <typename T>
-void resize_column(std::vector<T>& column, std::size_t count, std::size_t expected) {
+void resize_column(auto& column, std::size_t count, std::size_t expected) {
   if (column.empty()) column.reserve(std::max(count, expected));
   column.resize(count);
 }

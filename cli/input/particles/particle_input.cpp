@@ -75,14 +75,14 @@ bool ParticleInput::next_filled_line() {
 
 void ParticleInput::skip_rows(std::uint64_t count) {
   for (std::uint64_t i = 0; i < count; ++i) {
-    if (!next_line()) fail("the file ends within a frame: check that the file is complete");
+    if (!next_line()) fail_incomplete("the file ends within a frame");
   }
 }
 
 void ParticleInput::fail_within(std::uint64_t done, std::uint64_t count,
                                 std::string_view what) const {
-  fail("the file ends after " + std::to_string(done) + " of " + std::to_string(count) + " " +
-       std::string(what) + ": check that the file is complete");
+  fail_incomplete("the file ends after " + std::to_string(done) + " of " + std::to_string(count) +
+                  " " + std::string(what));
 }
 
 /// Refills the block until it contains `count` unread bytes. Returns false if the file ends before.

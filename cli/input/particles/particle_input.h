@@ -67,6 +67,9 @@ class ParticleInput {
   [[nodiscard]] const FilePlace& place() const { return place_; }
   /// Throws InputError with place() and `problem`.
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
+  [[noreturn]] void fail_incomplete(std::string_view problem) const {
+    place_.fail_incomplete(problem);
+  }
 
  private:
   [[noreturn]] void fail_within(std::uint64_t done, std::uint64_t count,

@@ -1,15 +1,12 @@
 #include "cli/input/particles/particle_spheres.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
 
-#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/scene_file/material_table.h"

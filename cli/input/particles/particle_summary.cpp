@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/elements.h"
 
 namespace parray::input {
@@ -57,17 +58,6 @@ NumberRangeSeen range_of(const std::string& name, const std::vector<double>& val
   return range;
 }
 
-void find_bounds(const std::vector<Vec3d>& positions, ParticleSummary& summary) {
-  if (positions.empty()) return;
-  summary.low = summary.high = positions.front();
-  for (const Vec3d& p : positions) {
-    summary.low = {std::min(summary.low.x, p.x), std::min(summary.low.y, p.y),
-                   std::min(summary.low.z, p.z)};
-    summary.high = {std::max(summary.high.x, p.x), std::max(summary.high.y, p.y),
-                    std::max(summary.high.z, p.z)};
-  }
-}
-
 double angle_between(const Vec3d& a, const Vec3d& b) {
   const double cosine = dot(a, b) / (length(a) * length(b));
   return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
@@ -92,7 +82,11 @@ ParticleSummary summary_of(const Particles& particles) {
   summary.types = counts_of(particles.types);
   summary.chains = counts_of(particles.chains);
   count_residues(particles, summary);
-  find_bounds(particles.positions, summary);
+  if (!particles.positions.empty()) {
+    const PositionBounds bounds = bounds_of(particles.positions);
+    summary.low = bounds.low;
+    summary.high = bounds.high;
+  }
   if (!particles.radii.empty()) {
     summary.numbers.push_back(range_of("radius", particles.radii, particles.facts.length_unit));
   }

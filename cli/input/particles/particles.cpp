@@ -34,8 +34,7 @@ void for_each_column(Particles& particles, const auto& work) {
   work(particles.positions);
 }
 
-template <typename T>
-void keep_in(std::vector<T>& column, const ParticleMask& mask) {
+void keep_in(auto& column, const ParticleMask& mask) {
   if (column.empty()) return;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < mask.size(); ++i) {
@@ -68,11 +67,6 @@ Particles read(PackedFile& file, const ParticleFormat& format, const ParticleReq
 using Order = std::vector<std::size_t>;  ///< for each particle, its place in the topology
 
 constexpr std::string_view id_name = "id";
-
-const std::vector<double>* ids_of(const Particles& particles) {
-  const auto found = std::ranges::find(particles.numbers, id_name, &NumberColumn::name);
-  return found == particles.numbers.end() ? nullptr : &found->values;
-}
 
 Order by_number(const std::vector<double>& numbers) {
   Order order(numbers.size());
@@ -114,9 +108,7 @@ void take(NameColumn from, const Order& order, NameColumn& to) {
 void take_numbers(const Particles& from, const Order& order, const ParticleRequest& request,
                   Particles& to) {
   for (const NumberColumn& column : from.numbers) {
-    const bool known =
-        std::ranges::find(to.numbers, column.name, &NumberColumn::name) != to.numbers.end();
-    if (known || !request.wants(column.name)) continue;
+    if (to.numbers_named(column.name) != nullptr || !request.wants(column.name)) continue;
     to.numbers.push_back({column.name, {}, column.unit});
     take(column.values, order, to.numbers.back().values);
   }
@@ -141,12 +133,13 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
         std::to_string(from.count()) + " atoms, but " + printable(file.string(), 4096) + " has " +
         std::to_string(particles.count()) + ": name the topology of the same atoms");
   }
-  const std::vector<double>* const own_ids = ids_of(particles);
-  const std::vector<double>* const ids = ids_of(from);
+  const NumberColumn* const own_ids = particles.numbers_named(id_name);
+  const NumberColumn* const ids = from.numbers_named(id_name);
   Order order(from.count());
   std::iota(order.begin(), order.end(), std::size_t{0});
   if (ids != nullptr) {
-    order = own_ids == nullptr ? by_number(*ids) : same_numbers(*own_ids, *ids, topology);
+    order = own_ids == nullptr ? by_number(ids->values)
+                               : same_numbers(own_ids->values, ids->values, topology);
   }
   take(from.elements, order, particles.elements);
   take(from.radii, order, particles.radii);
@@ -170,6 +163,11 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
 }
 
 }  // namespace
+
+const NumberColumn* Particles::numbers_named(std::string_view name) const {
+  const auto found = std::ranges::find(numbers, name, &NumberColumn::name);
+  return found == numbers.end() ? nullptr : &*found;
+}
 
 void keep(Particles& particles, const ParticleMask& mask) {
   keep_bonds(particles.bonds, mask);
@@ -231,8 +229,7 @@ Particles read_particles(PackedFile& file, const ParticleRequest& request) {
   if (format.holds == ParticleFormat::Holds::names) {
     FilePlace{file.name()}.fail(
         "a " + std::string(format.name) +
-        " file has no positions: name a trajectory, and give this file as its "
-        "topology");
+        " file has no positions: name a trajectory, and give this file as its topology");
   }
   if (request.topology.empty()) {
     Particles particles = read(file, format, request);

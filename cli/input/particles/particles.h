@@ -95,6 +95,8 @@ struct Particles {
   ParticleFacts facts;
 
   [[nodiscard]] std::size_t count() const { return positions.size(); }
+  /// Returns the numbers with this name. Null: there are none.
+  [[nodiscard]] const NumberColumn* numbers_named(std::string_view name) const;
 };
 
 /// One byte per particle: 1 or 0.

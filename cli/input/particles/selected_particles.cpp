@@ -9,9 +9,7 @@
 #include <vector>
 
 #include "cli/input/particles/bonds.h"
-#include "cli/input/particles/file_place.h"
 #include "cli/input/particles/fixed_looks.h"
-#include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_shapes.h"
 #include "cli/input/particles/particle_spheres.h"
 #include "cli/input/particles/sticks.h"

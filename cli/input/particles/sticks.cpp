@@ -1,7 +1,6 @@
 #include "cli/input/particles/sticks.h"
 
 #include <algorithm>
-#include <array>
 
 #include "cli/input/particles/beads.h"
 #include "cli/input/particles/bonds.h"

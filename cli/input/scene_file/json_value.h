@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/rooms.h"
+#include "common/base/error.h"
 
 namespace parray::input {
 
@@ -59,6 +59,15 @@ class JsonPlace {
 
   /// Throws InputError "FILE:LINE: POINTER: PROBLEM".
   [[noreturn]] void fail(std::uint64_t line, std::string_view problem) const;
+
+  /// Returns work(). fail() adds the place to an InputError.
+  auto checked(std::uint64_t line, const auto& work) const {
+    try {
+      return work();
+    } catch (const InputError& error) {
+      fail(line, error.what());
+    }
+  }
 
  private:
   JsonPlace(const JsonPlace* parent, std::string_view key, std::size_t index)

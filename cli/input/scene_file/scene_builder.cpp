@@ -361,29 +361,18 @@ std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
                                   "': " + names_.remedy_for_undefined(names_.name_of(name)));
 }
 
-/// A stream over a file, which is unpacked if necessary.
+/// A stream over a file, which is unpacked if necessary; only for reads of whole blocks.
 class FileBuffer : public std::streambuf {
  public:
-  explicit FileBuffer(PackedFile& file) : file_(&file), block_(std::size_t{1} << 16) {}
+  explicit FileBuffer(PackedFile& file) : file_(file) {}
 
  protected:
-  int_type underflow() override {
-    const std::size_t got = file_->read(block_.data(), block_.size());
-    setg(block_.data(), block_.data(), block_.data() + got);
-    return got == 0 ? traits_type::eof() : traits_type::to_int_type(block_[0]);
-  }
-
   std::streamsize xsgetn(char* to, std::streamsize bytes) override {
-    const std::streamsize ready = std::min<std::streamsize>(bytes, egptr() - gptr());
-    std::copy_n(gptr(), ready, to);
-    gbump(static_cast<int>(ready));
-    return ready + static_cast<std::streamsize>(
-                       file_->read(to + ready, static_cast<std::size_t>(bytes - ready)));
+    return static_cast<std::streamsize>(file_.read(to, static_cast<std::size_t>(bytes)));
   }
 
  private:
-  PackedFile* file_;
-  std::vector<char> block_;
+  PackedFile& file_;
 };
 
 }  // namespace

@@ -114,11 +114,7 @@ class SectionReader {
   T read(const char* key, const TextRule<T>& rule) const {
     const std::string text =
         text_in(fields_.any(key, "a text in double quotes"), fields_.place().at(key), rule.form);
-    try {
-      return rule.parse(text);
-    } catch (const InputError& error) {
-      fail(key, error.what());
-    }
+    return checked(key, [&] { return rule.parse(text); });
   }
   std::vector<std::string> read(const char* key, HiddenClasses /*rule*/) const {
     const JsonValue& list = *fields_.find(key);
@@ -129,11 +125,7 @@ class SectionReader {
     for (const JsonValue& word : list.items) {
       words.push_back(read_string(word, fields_.place().at(key).at(words.size())));
     }
-    try {
-      check_hidden(words);
-    } catch (const InputError& error) {
-      fail(key, error.what());
-    }
+    checked(key, [&] { check_hidden(words); });
     return words;
   }
 
@@ -171,14 +163,13 @@ class SectionReader {
     const JsonValue& value = *fields_.find(key);
     if (value.kind == JsonKind::boolean) return from(value.is_true ? "on" : "off");
     const std::string& text = fields_.string(key);
-    try {
-      return from(text);
-    } catch (const InputError& error) {
-      fail(key, error.what());
-    }
+    return checked(key, [&] { return from(text); });
   }
   [[noreturn]] void fail(const char* key, const std::string& problem) const {
     fields_.place().at(key).fail(fields_.find(key)->line, problem);
+  }
+  auto checked(const char* key, const auto& work) const {
+    return fields_.place().at(key).checked(fields_.find(key)->line, work);
   }
 
   const JsonFields& fields_;
@@ -295,11 +286,8 @@ void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
   const auto keys =
       keys_of([&](const auto& f) { image_fields(f, settings, transparent); }, section);
   image_fields(SectionReader(JsonFields(value, place, keys), section), settings, transparent);
-  try {
-    check_settings(settings);
-  } catch (const InputError& error) {  // each setting is in its range, so the combination is wrong
-    place.fail(value.line, error.what());
-  }
+  // Each setting is in its range, so only a combination can be wrong.
+  place.checked(value.line, [&] { check_settings(settings); });
 }
 
 Material read_material(const JsonValue& value, const JsonPlace& place) {

@@ -1,6 +1,5 @@
 #include "cli/input/scene_file/scene_writer.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>

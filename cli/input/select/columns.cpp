@@ -53,8 +53,8 @@ std::optional<NumberSource> NumberSource::of(std::string_view name, const Partic
   const auto word = std::ranges::find(own_numbers, name);
   const auto place = static_cast<std::size_t>(word - own_numbers.begin());
   if (word == own_numbers.end()) {
-    const auto column = std::ranges::find(particles.numbers, name, &NumberColumn::name);
-    if (column == particles.numbers.end()) return {};
+    const NumberColumn* const column = particles.numbers_named(name);
+    if (column == nullptr) return {};
     out.kind_ = Kind::column;
     out.column_ = &column->values;
   } else if (place < 6) {
@@ -101,8 +101,8 @@ std::string unit_of(std::string_view name, const Particles& particles) {
   for (const std::string_view length : {"x", "y", "z", "radius"}) {
     if (name == length) return particles.facts.length_unit;
   }
-  const auto column = std::ranges::find(particles.numbers, name, &NumberColumn::name);
-  return column == particles.numbers.end() ? "" : column->unit;
+  const NumberColumn* const column = particles.numbers_named(name);
+  return column == nullptr ? "" : column->unit;
 }
 
 std::vector<std::string> number_names(const Particles& particles) {

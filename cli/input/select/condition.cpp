@@ -6,8 +6,8 @@
 #include <limits>
 #include <unordered_map>
 
+#include "cli/input/particles/particle_summary.h"
 #include "cli/input/particles/residues.h"
-#include "cli/input/select/columns.h"
 #include "cli/input/select/neighbour_grid.h"
 #include "common/base/bands.h"
 #include "common/base/error.h"
@@ -110,15 +110,6 @@ bool matches(std::string_view pattern, std::string_view text) {
   return pattern.find_first_not_of('*', p) == std::string_view::npos;
 }
 
-/// Returns whether particle `i` is in the same residue as particle `i` - 1.
-bool continues_residue(const Particles& particles, std::size_t i) {
-  const auto same = [i](const auto& column) {
-    return column.empty() || column[i] == column[i - 1];
-  };
-  return same(particles.residue_numbers) && same(particles.insertion_codes) &&
-         same(particles.residue_names.index) && same(particles.chains.index);
-}
-
 }  // namespace
 
 ParticleMask class_mask(ParticleClass wanted, const Particles& particles) {
@@ -218,7 +209,7 @@ void Condition::bind_same_residue() {
   mask_ = parts_.front().mask();
   for (std::size_t begin = 0; begin < mask_.size();) {
     std::size_t end = begin + 1;
-    while (end < mask_.size() && continues_residue(*particles_, end)) ++end;
+    while (end < mask_.size() && same_residue(*particles_, end, end - 1)) ++end;
     const auto first = mask_.begin() + static_cast<std::ptrdiff_t>(begin);
     const auto last = mask_.begin() + static_cast<std::ptrdiff_t>(end);
     if (std::find(first, last, 1) != last) std::fill(first, last, 1);

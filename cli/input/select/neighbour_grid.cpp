@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "cli/input/color/number_bounds.h"
+
 namespace parray::input {
 namespace {
 
@@ -20,11 +22,9 @@ std::uint64_t key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
 NeighbourGrid::NeighbourGrid(const std::vector<Vec3d>& points, double distance)
     : square_(distance * distance) {
   if (points.empty()) return;
-  low_ = high_ = points.front();
-  for (const Vec3d& p : points) {
-    low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y), std::min(low_.z, p.z)};
-    high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y), std::max(high_.z, p.z)};
-  }
+  const PositionBounds bounds = bounds_of(points);
+  low_ = bounds.low;
+  high_ = bounds.high;
   const Vec3d extent = high_ - low_;
   const double widest = std::max({extent.x, extent.y, extent.z});
   constexpr double slack = 1 + 1e-6;  // close points stay in neighbouring cells despite rounding

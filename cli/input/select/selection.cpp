@@ -8,7 +8,6 @@
 #include "cli/input/particles/elements.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/condition.h"
-#include "cli/input/select/expression.h"
 #include "cli/input/select/text_range.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -130,9 +129,7 @@ ParticleMask Selection::mask(const Particles& particles, int threads) const {
 std::string Selection::what_there_is(const Particles& particles) const {
   std::vector<std::string> texts;
   describe(root_, particles, texts);
-  std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "there are " : "; ") + text;
-  return all;
+  return texts.empty() ? "" : "there are " + base::joined(texts, "; ");
 }
 
 std::string slice_as_selection(std::string_view text) {

@@ -32,10 +32,7 @@ void search(const std::vector<PictureArea>& boxes, std::size_t next, const Pictu
   const PictureArea& box = boxes[next];
   const bool meets = box.left < area.right && box.right > area.left && box.bottom < area.top &&
                      box.top > area.bottom;
-  if (!meets) {
-    search(boxes, next + 1, area, width, height, best);
-    return;
-  }
+  if (!meets) return search(boxes, next + 1, area, width, height, best);
   const auto search_with = [&](double PictureArea::*side, double value) {
     PictureArea smaller = area;
     smaller.*side = value;

@@ -22,12 +22,7 @@ std::string_view name_of(Style style) { return style_names[static_cast<std::size
 
 Style read_style(const JsonValue& value, const JsonPlace& place) {
   const std::string& name = read_string(value, place);
-  Style style{};
-  try {
-    style = style_from(name);
-  } catch (const InputError& error) {
-    place.fail(value.line, error.what());
-  }
+  const Style style = place.checked(value.line, [&] { return style_from(name); });
   if (style == Style::night) {
     place.fail(
         value.line,

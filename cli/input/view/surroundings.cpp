@@ -8,10 +8,12 @@
 #include <span>
 #include <vector>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "common/base/bands.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/math/largest_component.h"
 #include "common/scene/limits.h"
 
 namespace parray::input {
@@ -155,14 +157,9 @@ TurnAxis axis_of(const Viewpoint& view) {
 
 /// Returns the middle of the spheres' extents along the coordinate axes.
 Vec3d middle_of(std::span<const Sphere> spheres) {
-  Vec3d low = spheres.front().center;
-  Vec3d high = low;
-  for (const Sphere& sphere : spheres) {
-    const Vec3d& c = sphere.center;
-    low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
-    high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
-  }
-  return 0.5 * low + 0.5 * high;
+  PositionBounds bounds{spheres.front().center};
+  for (const Sphere& sphere : spheres) bounds.add(sphere.center);
+  return 0.5 * bounds.low + 0.5 * bounds.high;
 }
 
 /// Returns the spheres at many angles of a turntable.
@@ -322,10 +319,6 @@ Sphere wall_behind(const Axes& view, double reach, const Camera& camera, double 
   const double distance = far * reach;
   const double radius = std::min(sine * (distance + camera.focus_distance), distance - 2 * reach);
   return {view.center - distance * view.back, radius, 0};
-}
-
-double largest_component(const Vec3d& v) {
-  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
 void check(const Surroundings& around) {

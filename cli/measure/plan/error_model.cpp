@@ -67,8 +67,8 @@ ModelError ModelError::adaptive(const FramebufferView& state, double rmse) {
 
 double ModelError::at(double samples) const {
   const double x = std::log(samples);
-  const auto after = std::upper_bound(points_.begin(), points_.end(), x,
-                                      [](double value, const auto& p) { return value < p.first; });
+  const auto after =
+      std::ranges::upper_bound(points_, x, {}, [](const auto& p) { return p.first; });
   if (after == points_.begin()) {
     return std::exp(points_.front().second - (x - points_.front().first) / 2);
   }
@@ -138,7 +138,7 @@ void ErrorModel::average_gains() {
 double ErrorModel::at(double samples) const {
   const double x = std::log(samples);
   const auto after =
-      std::find_if(gains_.begin(), gains_.end(), [x](const Gain& one) { return one.samples >= x; });
+      std::ranges::find_if(gains_, [x](const Gain& one) { return one.samples >= x; });
   // Deviation of a measurement from the law of the exponent.
   const auto off = [this](const Gain& one) { return one.gain + exponent_ * one.points; };
   double offset = 0;

@@ -40,8 +40,7 @@ class PartOfPicture final : public PathTracer {
   /// Returns the end of the columns from x, at most `end`, that lie side by side in the picture.
   [[nodiscard]] std::uint32_t side_by_side(std::uint32_t x, std::uint32_t end) const;
   /// Calls visit(run of the picture, index of its first pixel in `run`) for all parts of a run.
-  template <typename Visit>
-  void for_stretches(const PixelRun& run, const Visit& visit) const;
+  void for_stretches(const PixelRun& run, const auto& visit) const;
 
   const PathTracer& tracer_;
   std::vector<std::uint32_t> column_;

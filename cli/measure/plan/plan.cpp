@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
-#include <utility>
 
 #include "cli/output/text.h"
 #include "common/adaptive/noise_model.h"
@@ -267,13 +266,12 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
     all.push_back(chooser.uniform(sampler));
   }
   const auto unsure = [&](const Choice& choice) { return choice.keeps < goal.confidence - 1e-6; };
-  if (goal.seconds > 0 && !std::all_of(all.begin(), all.end(), unsure)) std::erase_if(all, unsure);
+  if (goal.seconds > 0 && !std::ranges::all_of(all, unsure)) std::erase_if(all, unsure);
   const auto cost = [&](const Choice& choice) {
     return std::tuple(choice.samples_per_pixel > 0, unsure(choice),
                       goal.error > 0 ? choice.seconds.value : choice.error.value);
   };
-  std::stable_sort(all.begin(), all.end(),
-                   [&](const Choice& a, const Choice& b) { return cost(a) < cost(b); });
+  std::ranges::stable_sort(all, {}, cost);
   return all;
 }
 

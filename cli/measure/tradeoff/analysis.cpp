@@ -55,7 +55,7 @@ double Budget::predicted() const {
 double Budget::predicted_8bit() const { return std::hypot(predicted(), quantisation); }
 
 Quartiles quartiles_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const auto at = [&](double share) {
     const double rank = share * static_cast<double>(values.size() - 1);
     const auto below = static_cast<std::size_t>(rank);

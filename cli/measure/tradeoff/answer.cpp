@@ -1,7 +1,6 @@
 #include "cli/measure/tradeoff/answer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -27,9 +26,7 @@ struct Change {
 double square(double value) { return value * value; }
 
 const Row* row_with(const std::vector<Row>& rows, const RenderSettings& settings) {
-  const std::string options = options_of(settings);
-  const auto found = std::find_if(rows.begin(), rows.end(),
-                                  [&](const Row& row) { return row.options == options; });
+  const auto found = std::ranges::find(rows, options_of(settings), &Row::options);
   return found == rows.end() ? nullptr : &*found;
 }
 
@@ -183,8 +180,7 @@ std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows
     }
     if (best) candidates.push_back(*best);
   }
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
+  std::ranges::sort(candidates, {}, &Candidate::seconds);
   return candidates;
 }
 

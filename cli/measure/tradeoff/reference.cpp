@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 
 #include "cli/measure/tradeoff/variant.h"
 #include "cli/output/picture/image_file.h"
@@ -63,7 +62,7 @@ double number_in(const ImageMetadata& metadata, const std::string& name, const s
 
 double through_8bit(double value) {
   static const Codes codes;
-  const auto code = std::upper_bound(codes.border.begin(), codes.border.end(), value);
+  const auto code = std::ranges::upper_bound(codes.border, value);
   return codes.light.at(static_cast<std::size_t>(code - codes.border.begin()));
 }
 

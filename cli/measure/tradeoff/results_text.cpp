@@ -109,8 +109,7 @@ std::vector<const Row*> front_of(const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     if (row.on_front) front.push_back(&row);
   }
-  std::sort(front.begin(), front.end(),
-            [](const Row* a, const Row* b) { return a->seconds.median < b->seconds.median; });
+  std::ranges::sort(front, {}, [](const Row* row) { return row->seconds.median; });
   return front;
 }
 

@@ -328,8 +328,7 @@ const Row* Session::measured(const RenderSettings& settings, TradeoffResults& re
 }
 
 void Session::find_answer(TradeoffResults& results) {
-  const auto own = std::find_if(results.rows.begin(), results.rows.end(),
-                                [](const Row& row) { return row.varied == VariedSetting::scene; });
+  const auto own = std::ranges::find(results.rows, VariedSetting::scene, &Row::varied);
   if (own == results.rows.end())
     throw RunError("the scene's own settings were not measured: use a longer --time-budget");
   const Row scene_row = *own;

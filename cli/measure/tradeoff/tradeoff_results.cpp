@@ -47,9 +47,8 @@ double gain_of(const std::vector<const Row*>& rows, const std::vector<const Row*
   const LogCurve theirs = over_time(independent);
   if (!ours.known() || !theirs.known()) return 0;
   const auto range = [](const std::vector<const Row*>& of) {
-    const auto [least, most] = std::minmax_element(
-        of.begin(), of.end(),
-        [](const Row* a, const Row* b) { return a->seconds.median < b->seconds.median; });
+    const auto [least, most] =
+        std::ranges::minmax_element(of, {}, [](const Row* row) { return row->seconds.median; });
     return std::pair{(*least)->seconds.median, (*most)->seconds.median};
   };
   const auto [a, b] = range(rows);

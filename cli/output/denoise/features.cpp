@@ -127,9 +127,8 @@ class FeatureRows {
     look(steady_tracer_, {y, 0, width_}, few, hits);
     for (std::uint32_t x = 0; x < width_; ++x) {
       const auto pixel = std::span(hits).subspan(std::size_t{x} * few.count(), few.count());
-      const bool one = std::all_of(pixel.begin(), pixel.end(), [&](const FirstHit& hit) {
-        return hit.shape == pixel.front().shape;
-      });
+      const bool one = std::ranges::all_of(
+          pixel, [&](const FirstHit& hit) { return hit.shape == pixel.front().shape; });
       spheres_[std::size_t{y} * width_ + x] = one ? pixel.front().shape : several_spheres;
       put(features_.steady, y, x, mean_of(pixel, 0, 1));
     }

@@ -7,25 +7,14 @@
 #include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::labels {
 namespace {
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines(1);
-  for (const char c : text) {
-    if (c == '\n') {
-      lines.emplace_back();
-    } else {
-      lines.back() += c;
-    }
-  }
-  return lines;
-}
-
-double widest(const Font& font, const std::vector<std::string>& lines) {
+double widest(const Font& font, const auto& lines) {
   double width = 0;
-  for (const std::string& line : lines) width = std::max(width, font.width(line));
+  for (const std::string_view line : lines) width = std::max(width, font.width(line));
   return width;
 }
 
@@ -201,10 +190,10 @@ bool is_left(Corner corner) { return corner == Corner::top_left || corner == Cor
 
 Block text_block(const BlockStyle& style, const std::string& name, Corner corner,
                  const std::string& text) {
-  const std::vector<std::string> lines = lines_of(text);
-  const auto draw = [lines](Pen& pen, const Point& at) {
+  const std::vector<std::string_view> lines = split_at('\n', text);
+  const auto draw = [text](Pen& pen, const Point& at) {
     double baseline = at.y + pen.font().cap_height();
-    for (const std::string& line : lines) {
+    for (const std::string_view line : split_at('\n', text)) {
       pen.text(at.x, baseline, line);
       baseline += pen.font().line_height();
     }

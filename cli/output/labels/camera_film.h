@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "cli/output/labels/coverage.h"
 #include "common/math/vec.h"
 #include "common/scene/scene.h"

@@ -12,6 +12,7 @@
 
 #include "common/base/error.h"
 #include "common/base/module.h"
+#include "common/base/printable.h"
 
 namespace parray::labels {
 namespace {
@@ -19,25 +20,12 @@ namespace {
 constexpr double units = 64;  // FreeType's units per pixel
 constexpr char32_t replacement = 0xFFFD;
 
-/// Removes the first character from `text` and returns it. If the text is not UTF-8 (RFC 3629),
-/// removes one byte and returns nothing.
+/// Removes the first character from `text` and returns it. If the text is not UTF-8, removes one
+/// byte and returns nothing.
 std::optional<char32_t> take_character(std::string_view& text) {
-  const auto byte = [&](std::size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
-  };
-  const unsigned first = byte(0);
-  const std::size_t length = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-  constexpr char32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
-  bool valid = first < 0x80 || (first >= 0xC2 && first < 0xF5);
-  char32_t code = length == 1 ? first : first & (0xFFU >> (length + 1));
-  for (std::size_t i = 1; i < length; ++i) {
-    valid = valid && (byte(i) & 0xC0U) == 0x80;
-    code = code << 6 | (byte(i) & 0x3FU);
-  }
-  const bool surrogate = code >= 0xD800 && code < 0xE000;
-  valid = valid && code >= least[length] && code <= 0x10FFFF && !surrogate;
-  text.remove_prefix(valid ? length : 1);
-  return valid ? std::optional(code) : std::nullopt;
+  const base::CodePoint first = base::first_code_point(text);
+  text.remove_prefix(std::max<std::size_t>(first.length, 1));
+  return first.length > 0 ? std::optional(first.value) : std::nullopt;
 }
 
 }  // namespace

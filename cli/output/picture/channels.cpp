@@ -1,6 +1,5 @@
 #include "cli/output/picture/channels.h"
 
-#include <algorithm>
 #include <array>
 
 #include "common/base/error.h"

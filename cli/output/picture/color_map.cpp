@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "cli/output/picture/srgb.h"
 #include "common/base/text.h"

@@ -165,7 +165,7 @@ std::string reason_of(const std::exception& error) {
   if (const std::size_t name_end = text.find("\". "); name_end != std::string::npos) {
     text.erase(0, name_end + 3);
   }
-  std::replace(text.begin(), text.end(), '\n', ' ');
+  std::ranges::replace(text, '\n', ' ');
   while (text.ends_with('.') || text.ends_with(' ')) text.pop_back();
   return text.empty() ? "no reason given" : text;
 }

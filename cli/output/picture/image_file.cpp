@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
@@ -23,6 +22,7 @@
 #include "common/base/error.h"
 #include "common/base/module.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::picture {
 namespace {
@@ -79,9 +79,7 @@ enum class Format { exr, png, tiff, jpeg, jpeg2000, unknown };
 
 /// Returns the format to write, by the file's extension.
 Format format_of(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_case(path.extension().string());
   if (extension == ".exr") return Format::exr;
   if (extension == ".png") return Format::png;
   if (extension == ".tif" || extension == ".tiff") return Format::tiff;

@@ -43,7 +43,7 @@ class PngWriter {
 
   void write_head(const Image& image, const ImageMetadata& metadata, bool fast, bool alpha) {
     std::vector<png_text> texts(metadata.size());
-    std::transform(metadata.begin(), metadata.end(), texts.begin(), text_chunk);
+    std::ranges::transform(metadata, texts.begin(), text_chunk);
     constexpr double inches_a_metre = 1 / 0.0254;
     const auto pixels_a_metre = static_cast<png_uint_32>(
         std::lround(real_in(metadata, dpi_key).value_or(0) * inches_a_metre));
@@ -88,7 +88,7 @@ class PngWriter {
   /// UTF-8.
   static png_text text_chunk(const std::pair<std::string, MetadataValue>& entry) {
     const auto& text = std::get<std::string>(entry.second);
-    const bool ascii = std::all_of(text.begin(), text.end(), [](char c) { return c > 0; });
+    const bool ascii = std::ranges::all_of(text, [](char c) { return c > 0; });
     png_text chunk{};
     chunk.compression = ascii ? PNG_TEXT_COMPRESSION_NONE : PNG_ITXT_COMPRESSION_NONE;
     chunk.key = const_cast<char*>(entry.first.c_str());
@@ -197,7 +197,7 @@ void apply_alpha(const std::uint8_t* bytes, ImageFile& file) {
     for (std::size_t c = 0; c < 3; ++c) file.image.rgb[3 * i + c] *= alpha[i];
   }
   const auto covers = [](float value) { return value == 1; };
-  if (!std::all_of(alpha.begin(), alpha.end(), covers)) {
+  if (!std::ranges::all_of(alpha, covers)) {
     file.channels.push_back({alpha_channel, std::move(alpha)});
   }
 }

@@ -67,8 +67,7 @@ std::array<double, 256> linear_values() {
 std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear) {
   static const CodeTable table;
   std::vector<std::uint8_t> bytes(linear.size());
-  std::transform(linear.begin(), linear.end(), bytes.begin(),
-                 [](float value) { return table.code(value); });
+  std::ranges::transform(linear, bytes.begin(), [](float value) { return table.code(value); });
   return bytes;
 }
 
@@ -76,6 +75,11 @@ Vec3d linear_of_srgb8(const Vec3d& color) {
   static const std::array<double, 256> values = linear_values();
   return {values[static_cast<std::size_t>(color.x)], values[static_cast<std::size_t>(color.y)],
           values[static_cast<std::size_t>(color.z)]};
+}
+
+Vec3d linear_of_code(std::uint32_t code) {
+  const auto channel = [code](int shift) { return static_cast<double>((code >> shift) & 0xFFU); };
+  return linear_of_srgb8({channel(16), channel(8), channel(0)});
 }
 
 }  // namespace parray::picture

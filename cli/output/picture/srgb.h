@@ -33,5 +33,7 @@ std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear);
 
 /// Returns the linear RGB of an 8-bit sRGB colour. Components are whole numbers from 0 to 255.
 Vec3d linear_of_srgb8(const Vec3d& color);
+/// Returns the same for a code 0xRRGGBB.
+Vec3d linear_of_code(std::uint32_t code);
 
 }  // namespace parray::picture

@@ -50,7 +50,7 @@ std::vector<float> remove_sky(Image& image, std::span<const SkySamples> sky,
     float* const rgb = &image.rgb[3 * pixel];
     const TransparentPixel out =
         without_sky({rgb[0], rgb[1], rgb[2]}, sky[source], samples[source], scale);
-    std::copy(out.colour.begin(), out.colour.end(), rgb);
+    std::ranges::copy(out.colour, rgb);
     alpha[pixel] = out.alpha;
   }
   return alpha;

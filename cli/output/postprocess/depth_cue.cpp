@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "cli/input/color/number_bounds.h"
 
 namespace parray::postprocess {
 namespace {
@@ -15,31 +16,20 @@ bool all_around(std::size_t pixel, std::size_t width, std::size_t count, const a
          (pixel < width || test(pixel - width)) && (pixel + width >= count || test(pixel + width));
 }
 
-struct Range {
-  void add(double depth) {
-    low = std::min(low, depth);
-    high = std::max(high, depth);
-  }
-  [[nodiscard]] bool empty() const { return low > high; }
-
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-};
-
 }  // namespace
 
 DepthFade::DepthFade(const SeenSpheres& seen, std::uint32_t width, double strength)
     : strength_(strength) {
   const auto in_front = [&](std::size_t pixel) { return !seen.background(pixel); };
   const std::size_t count = seen.sphere.size();
-  Range inner;
-  Range all;
+  NumberBounds inner;
+  NumberBounds all;
   for (std::size_t i = 0; i < count; ++i) {
     if (!in_front(i) || !std::isfinite(seen.depth[i]) || seen.depth[i] > seen.farthest) continue;
     all.add(seen.depth[i]);
     if (all_around(i, width, count, in_front)) inner.add(seen.depth[i]);
   }
-  const Range& range = inner.empty() ? all : inner;
+  const NumberBounds& range = inner.empty() ? all : inner;
   if (range.empty()) return;
   nearest_ = range.low;
   range_ = range.high - range.low;

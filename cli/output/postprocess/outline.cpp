@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "cli/output/labels/camera_film.h"
+#include "cli/output/labels/coverage.h"
 #include "common/base/bands.h"
 
 namespace parray::postprocess {
@@ -69,10 +70,6 @@ struct Silhouette {
   Point nearest;    ///< point of the silhouette
 };
 
-double line_share_at(double distance, double width) {
-  return std::clamp(width / 2 + 0.5 - std::abs(distance), 0.0, std::min(width, 1.0));
-}
-
 class Outliner {
  public:
   Outliner(const Scene& scene, std::uint32_t width, std::uint32_t height, const SeenSpheres& seen,
@@ -135,7 +132,7 @@ class Outliner {
         const std::uint32_t number = at(u, v);
         if (is_background(number)) continue;
         if (near.empty() ||
-            (near.back() != number && std::find(near.begin(), near.end(), number) == near.end())) {
+            (near.back() != number && std::ranges::find(near, number) == near.end())) {
           near.push_back(number);
         }
       }
@@ -194,7 +191,7 @@ class Outliner {
     const Shape shape = shape_of(number);
     const std::optional<Silhouette> line = silhouette(shape, pixel);
     if (!line) return 0;
-    const double share = line_share_at(line->distance, line_width_);
+    const double share = line_share(std::abs(line->distance), line_width_);
     if (share <= 0) return 0;
     const double depth = sight(line->nearest).nearest_depth(shape);
     if (!(depth > 0)) return 0;

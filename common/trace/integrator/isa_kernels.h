@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "common/image/pixel_sums.h"
 #include "common/trace/integrator/kernel_scene.h"
 #include "common/trace/integrator/path_columns.h"

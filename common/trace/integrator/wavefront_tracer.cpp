@@ -33,9 +33,7 @@ KernelFeatures features_of(const Scene& scene) {
 
 /// Makes the MaterialRef of each shape as one array, because consecutive slots of a tree hold
 /// shapes that lie far apart in the input.
-template <typename Shape>
-AlignedArray<std::uint32_t> references_of(const Scene& scene, const std::vector<Shape>& shapes,
-                                          int threads) {
+AlignedArray<std::uint32_t> references_of(const Scene& scene, const auto& shapes, int threads) {
   AlignedArray<std::uint32_t> references(shapes.size());
   Bands(references.size(), threads).run([&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
