@@ -1,5 +1,6 @@
 #include "proto/inproc_link.h"
 
+#include <deque>
 #include <utility>
 
 namespace parray::proto {

@@ -2,6 +2,8 @@
 #include <archive_entry.h>
 #include <unistd.h>
 
+#include <memory>
+
 #include "cli/input/particles/unpacker.h"
 
 namespace parray::input {

@@ -72,6 +72,9 @@ class SectionReader {
   }
 
  private:
+  auto checked(const char* key, const auto& work) const {
+    return fields_.place().at(key).checked(fields_.find(key)->line, work);
+  }
   std::uint64_t read(const char* key, IntegerRange range) const {
     return fields_.integer(key, range);
   }
@@ -167,9 +170,6 @@ class SectionReader {
   }
   [[noreturn]] void fail(const char* key, const std::string& problem) const {
     fields_.place().at(key).fail(fields_.find(key)->line, problem);
-  }
-  auto checked(const char* key, const auto& work) const {
-    return fields_.place().at(key).checked(fields_.find(key)->line, work);
   }
 
   const JsonFields& fields_;
