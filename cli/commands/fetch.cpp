@@ -9,6 +9,7 @@
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
 #include "cli/output/picture/image_file.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
 

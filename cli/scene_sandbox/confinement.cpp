@@ -218,8 +218,8 @@ void restrict_calls() {
   }
   for (const long call : calls_for_itself) allow_for_itself(filter, call);
 #ifdef SYS_vfork  // newer architectures lack these calls
-  for (const std::uint32_t call : {SYS_fork, SYS_vfork}) {
-    filter.push_back(jump(equal, call, 0, 1));
+  for (const long call : {SYS_fork, SYS_vfork}) {
+    filter.push_back(jump(equal, static_cast<std::uint32_t>(call), 0, 1));
     filter.push_back(refuse);
   }
 #endif

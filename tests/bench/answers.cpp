@@ -135,7 +135,7 @@ class HttpReader {
 /// counts if a part of it lies within a span that note_span() names.
 class Readers {
  public:
-  explicit Readers(const Arguments& a) : arguments_(a) {
+  explicit Readers(const Arguments& a) {
     add("show", [&a] { return MessageReader(a, msg::ShowJob{1, 1}); });
     add("list 50", [&a] { return MessageReader(a, msg::ListJobs{1, 0, 50}); });
     add(
@@ -204,7 +204,6 @@ class Readers {
     });
   }
 
-  const Arguments& arguments_;
   const SteadyClock clock_;
   std::atomic<bool> stop_ = false;
   std::vector<std::pair<Time, Time>> spans_;

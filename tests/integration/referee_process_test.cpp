@@ -90,7 +90,7 @@ TEST_CASE("a cancelled question gets no answer, and the next one does") {
 
 TEST_CASE("a referee that was told to forget answers the next question") {
   Asked asked;
-  for (const std::uint64_t id : {1, 2, 3}) {
+  for (const std::uint64_t id : {1U, 2U, 3U}) {
     CHECK(asked.ask(id, {0, 2}).failure.empty());
     asked.referee.forget();
   }

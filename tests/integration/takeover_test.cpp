@@ -291,7 +291,8 @@ TEST_CASE("in any history, a machine's results are undone in all jobs after one 
     }
     storm.blow(honest_ones, 20);
     storm.calm(honest_ones);
-    for (const auto& [job, settings] : storm.jobs) {
+    for (const auto& [number, settings] : storm.jobs) {
+      const JobId job = number;
       CAPTURE(job);
       if (std::ranges::find(done, job) == done.end()) {
         check_right(service, job, settings);

@@ -26,9 +26,10 @@ inline void check_right(Service& service, JobId job, const RenderSettings& setti
   REQUIRE(service.state(job) == "done");
   CHECK(service.sha256(job) == reference_sha256(small_scene(), settings));
   for (const auto& [hand, manner] : hands) {
-    CAPTURE(hand->name());
-    const bool lies = contains(hand->name(), faulty_workers);
-    CHECK((lies || service.worker(hand->name()).at("state") == "ready"));
+    const std::string& name = hand->name();
+    CAPTURE(name);
+    const bool lies = contains(name, faulty_workers);
+    CHECK((lies || service.worker(name).at("state") == "ready"));
   }
 }
 
