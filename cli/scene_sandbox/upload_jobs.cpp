@@ -136,7 +136,8 @@ void add_upload_options(Command& command, UploadRequest& request) {
       "--frames",
       [&request](const std::string& text) { request.frames = chosen_frames_from(text); },
       "Make a series with a job for each frame of the trajectory: all, 7, 0:100 or 0:100:5 "
-      "(first, last, step). A particle file alone has the camera of the first chosen frame");
+      "(first, last, step). A particle file alone has the camera of the first chosen frame. Each "
+      "frame has its own ranges of colours and radii, and its own colours of names");
   request.render.add_to(command);
   request.render.add_quality_to(command);
   request.postprocessing.add_to(command, nullptr);
