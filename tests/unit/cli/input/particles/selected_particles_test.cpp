@@ -224,7 +224,7 @@ TEST_CASE("an automatic scene contains ground, light blocker and particles") {
 
 TEST_CASE("radii of elements are in the file's unit of length, in spheres and in balls of sticks") {
   const ParticleScene files;
-  const auto radius_in = [&](const std::string& unit, const ParticleLook& look) {
+  const auto shown_radius = [&](const std::string& unit, const ParticleLook& look) {
     std::string text = "element,x,y,z\nAr,0,0,0\nAr,0,0,4\n";
     for (const char* const axis : {",x", ",y", ",z"}) {
       text.insert(text.find(axis) + 2, " [" + unit + "]");
@@ -243,9 +243,9 @@ TEST_CASE("radii of elements are in the file's unit of length, in spheres and in
     ParticleLook look;
     look.style = style;
     look.radius = {rule, 0};
-    const double in_angstrom = radius_in("angstrom", look);
-    CHECK(radius_in("nm", look) == doctest::Approx(in_angstrom / 10));
-    CHECK(radius_in("px", look) == in_angstrom);
+    const double in_angstrom = shown_radius("angstrom", look);
+    CHECK(shown_radius("nm", look) == doctest::Approx(in_angstrom / 10));
+    CHECK(shown_radius("px", look) == in_angstrom);
   }
 }
 
