@@ -204,8 +204,8 @@ void declare_options(CommandLine& line, Arguments& a) {
               "(default: half of the available memory)");
   line.section("Workers");
   number(line, "--max-failures", a.max_failures, 1, 1000,
-         "A job fails when so many machines have failed at the same part of it, or all machines "
-         "have failed twice");
+         "A job fails when so many machines that trace other parts of it have failed at the same "
+         "part, or when all machines have failed there: so many of them, or each twice");
   line.number("--spot-checks", a.spot_checks, 0.0, 1.0,
               "Share of the leases, 0 to 1, that another machine traces again, to compare the bits "
               "(without another machine, a process of this coordinator traces some of the cells); "

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <system_error>
 
 #include "cli/child_process/child_process.h"
 #include "cli/output/picture/partial_file.h"
@@ -109,7 +110,8 @@ std::optional<NoFilm> encode_film(const FilmPictures& pictures, const fs::path& 
     return NoFilm{"ffmpeg failed: " + (line.empty() ? "it wrote no message" : line)};
   }
   partial.commit();
-  fs::remove(log);
+  std::error_code ignored;  // the film exists
+  fs::remove(log, ignored);
   return std::nullopt;
 }
 

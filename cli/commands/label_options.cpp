@@ -49,9 +49,7 @@ LabelContent content_of(const LabelSettings& labels, const SceneFile& file,
   content.solid_cell = file.solid_cell;
   content.time_stamp = time_stamp_of(file.particle_files);
   if (!file.particle_files.empty()) {
-    const ParticleFacts& facts = file.particle_files.front().facts;
-    content.unit = facts.length_unit.empty() ? length_unit_of(facts.format)
-                                             : std::string_view(facts.length_unit);
+    content.unit = file.particle_files.front().facts.length_unit;
   }
   content.camera = file.scene.camera;
   content.width = width_of(settings);

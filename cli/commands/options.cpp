@@ -308,8 +308,9 @@ void OutputOptions::add_to(Command& command, bool image_required) {
 
 void OutputOptions::add_aov_to(Command& command, bool scene) {
   const std::string traced =
-      "depth, normal, albedo, sphere: of the first sphere on the camera ray; cost: ray segments "
-      "per sample; ";
+      "depth, normal, albedo: means at the first hits of the pixel's first 16 samples; sphere: "
+      "number of the sphere or capsule that its first sample hits; cost: mean number of ray "
+      "segments of these 16 samples; ";
   std::vector<std::string> words = {"samples", "half-width"};
   if (scene) words.insert(words.begin(), {"depth", "normal", "albedo", "sphere", "cost"});
   command

@@ -124,10 +124,10 @@ void add_upload_options(Command& command, UploadRequest& request) {
   command.option("--name", request.name, "Name of the job; default: the file name of the scene");
   add_whole_number(command, "--priority", 0, 100, request.priority,
                    "Of the jobs of a user, those with a higher priority are rendered first");
-  add_whole_number(
-      command, "--max-failures", 1, 1000, request.max_failures,
-      "The job fails if so many machines have failed at the same part of it, or all machines "
-      "twice");
+  add_whole_number(command, "--max-failures", 1, 1000, request.max_failures,
+                   "The job fails if so many machines that trace other parts of it have failed at "
+                   "the same part, or if all machines have failed there: so many of them, or each "
+                   "twice");
   command.flag("--progressive", request.progressive, "Trace a preview of all pixels first");
   command.on_off("--denoise", request.denoise,
                  "Denoise the finished picture. image.exr then also contains the picture before "
@@ -136,7 +136,8 @@ void add_upload_options(Command& command, UploadRequest& request) {
       "--frames",
       [&request](const std::string& text) { request.frames = chosen_frames_from(text); },
       "Make a series with a job for each frame of the trajectory: all, 7, 0:100 or 0:100:5 "
-      "(first, last, step). A particle file alone has the camera of the first chosen frame");
+      "(first, last, step). A particle file alone has the camera of the first chosen frame. Each "
+      "frame has its own ranges of colours and radii, and its own colours of names");
   request.render.add_to(command);
   request.render.add_quality_to(command);
   request.postprocessing.add_to(command, nullptr);

@@ -187,7 +187,7 @@ Sight sight_of(double shift, const Requirements& r) {
 void decide_precision(const Requirements& r, ResolvedSettings& result) {
   result.settings->precision = Precision::f32;
   if (r.shapes() == 0) {
-    result.precision_reason = "no spheres";
+    result.precision_reason = "no shapes";
     return;
   }
   const Sight computed = sight_of(r.computed_shift(), r);

@@ -58,7 +58,7 @@ void picture_fields(F&& f, S&... s) {
      since | recipe},
     words::sampler, s.sampler...);
   f({"precision",
-     "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 bits, "
+     "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: shapes stored in 32 bits, "
      "computed with in 64",
      recipe | resolved},
     words::precision, s.precision...);
@@ -83,8 +83,8 @@ void stop_fields(F&& f, S&... s) {
      accuracy | in_passes | recipe},
     ranges::target_error, s.target_half_width...);
   f({"time_limit",
-     "The best picture that X seconds allow, from start to end, writing included; the report's "
-     "`passes` repeat it",
+     "The best picture that X seconds allow, writing included (a submitted job: from its first "
+     "lease on; a film: for each frame); the report's `passes` repeat it",
      accuracy | in_passes | recipe},
     ranges::time_limit, s.time_limit...);
   f({"adaptive",
@@ -100,7 +100,7 @@ void stop_fields(F&& f, S&... s) {
 template <typename F, typename... S>
 void work_fields(F&& f, S&... s) {
   using namespace traits;
-  f({"accelerator", "How spheres are searched; octree is a slow historical method, for comparison",
+  f({"accelerator", "How shapes are searched; octree is a slow historical method, for comparison",
      speed | special | recipe | resolved},
     words::accelerator, s.accelerator...);
   f({"isa", "Instruction set to trace with; auto: the best that a machine has",

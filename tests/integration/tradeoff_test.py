@@ -261,8 +261,13 @@ class Runs(TradeoffCase):
         lines[3] = lines[3].rsplit(",", 1)[0]
         runs.write_text("\n".join(lines) + "\n")
         self.refused(self.scene, "-o", self.output, mentions=[f"{runs}:4", "--restart"])
-        (self.output / "state.json").write_text("{")
-        self.refused(self.scene, "-o", self.output, mentions=["state.json", "--restart"])
+        for damaged in ("{", "[]", '{"identity": 3}'):
+            (self.output / "state.json").write_text(damaged)
+            self.refused(self.scene, "-o", self.output, mentions=["state.json", "--restart"])
+
+    def test_measurements_that_cannot_be_deleted_are_named(self):
+        (self.output / "runs.csv" / "folder").mkdir(parents=True)
+        self.refused(self.scene, "-o", self.output, "--restart", mentions=["runs.csv: cannot be deleted"])
 
     def test_without_gnuplot_one_line_says_how_to_get_plots(self):
         result = self.trade()

@@ -12,11 +12,26 @@
 namespace parray::audit {
 namespace {
 
-/// Thread-seconds of the cells of a pass.
+/// Thread-seconds of the cells of a pass. Runs of cells are disjoint.
 class Costs {
  public:
+  /// Needs cells without costs.
   void add(const CellRange& range, double thread_seconds) {
     each_[range.begin] = {range.end, thread_seconds / static_cast<double>(range.count())};
+  }
+  void remove(const CellRange& range) {
+    auto at = each_.upper_bound(range.begin);
+    at = at == each_.begin() ? at : std::prev(at);
+    while (at != each_.end() && at->first < range.end) {
+      const auto [begin, run] = *at;
+      if (run.end <= range.begin) {
+        ++at;
+        continue;
+      }
+      at = each_.erase(at);
+      if (begin < range.begin) each_[begin] = {range.begin, run.each};
+      if (run.end > range.end) each_[range.end] = {run.end, run.each};
+    }
   }
   [[nodiscard]] double of(const CellRange& range) const {
     double sum = 0;
@@ -60,6 +75,8 @@ Recorded recorded(const std::vector<JournalEntry>& journal) {
       const std::uint32_t threads = known[merge->tracer];
       result.threads[merge->tracer] = threads;
       result.passes[merge->pass].costs.add(merge->range, merge->seconds * threads);
+    } else if (const auto* wrong = std::get_if<JournalRetraction>(&entry)) {
+      for (const CellRange& cells : wrong->cells) result.passes[wrong->pass].costs.remove(cells);
     }
   }
   return result;

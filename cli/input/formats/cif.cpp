@@ -323,6 +323,7 @@ Particles read_cif(PackedFile& file, const ParticleRequest& request) {
 constinit const ParticleFormat cif_format{.name = "CIF",
                                           .extensions = {".cif", ".mmcif", ".pdbx"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_cif,
                                           .read = read_cif};
 

@@ -221,6 +221,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
 constinit const ParticleFormat dcd_format{.name = "DCD",
                                           .extensions = {".dcd"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_dcd,
                                           .read = read_frame<DcdFrames>,
                                           .holds = ParticleFormat::Holds::positions};

@@ -32,6 +32,9 @@ struct ParticleFormat {
   /// Lower case beginnings of names of files without a known extension: "poscar" for "POSCAR_1".
   std::array<std::string_view, 3> names{};
   bool frames = false;  ///< true: a file may contain several frames
+  /// true: lengths are in angstrom, by the definition of the format, by convention (XYZ, DCD) or
+  /// because the reader converts them.
+  bool in_angstrom = false;
   /// Judges the first bytes of a file. At most one format is `likely` or better, unless the text
   /// fits several formats equally well.
   Confidence (*confidence)(const FileStart& start) = nullptr;

@@ -179,6 +179,7 @@ class GroFrames final : public FramesOf<ParticleInput> {
 constinit const ParticleFormat gro_format{.name = "GRO",
                                           .extensions = {".gro"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_gro,
                                           .read = read_frame<GroFrames>};
 

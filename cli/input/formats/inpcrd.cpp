@@ -97,6 +97,7 @@ Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
 
 constinit const ParticleFormat inpcrd_format{.name = "AMBER restart",
                                              .extensions = {".inpcrd", ".rst7", ".restrt"},
+                                             .in_angstrom = true,
                                              .confidence = looks_like_inpcrd,
                                              .read = read_inpcrd,
                                              .holds = ParticleFormat::Holds::positions};

@@ -187,6 +187,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
 constinit const ParticleFormat mol2_format{.name = "MOL2",
                                            .extensions = {".mol2"},
                                            .frames = true,
+                                           .in_angstrom = true,
                                            .confidence = looks_like_mol2,
                                            .read = read_frame<Mol2Frames>};
 

@@ -344,6 +344,7 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
 constinit const ParticleFormat netcdf_format{.name = "AMBER NetCDF",
                                              .extensions = {".nc", ".ncdf", ".ncrst"},
                                              .frames = true,
+                                             .in_angstrom = true,
                                              .confidence = looks_like_netcdf,
                                              .read = read_frame<NetcdfFrames>,
                                              .holds = ParticleFormat::Holds::positions};

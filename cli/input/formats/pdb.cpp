@@ -308,6 +308,7 @@ class PdbFrames final : public FramesOf<ParticleInput> {
 constinit const ParticleFormat pdb_format{.name = "PDB",
                                           .extensions = {".pdb", ".ent", ".pdb1"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_pdb,
                                           .only_header = is_only_header_of_pdb,
                                           .read = read_frame<PdbFrames<pdb_dialect>>};
@@ -316,6 +317,7 @@ constinit const ParticleFormat pdb_format{.name = "PDB",
 constinit const ParticleFormat pdbqt_format{.name = "PDBQT",
                                             .extensions = {".pdbqt"},
                                             .frames = true,
+                                            .in_angstrom = true,
                                             .confidence = looks_like_pdbqt,
                                             .read = read_frame<PdbFrames<pdbqt_dialect>>};
 
@@ -324,6 +326,7 @@ constinit const ParticleFormat pdbqt_format{.name = "PDBQT",
 constinit const ParticleFormat pqr_format{.name = "PQR",
                                           .extensions = {".pqr"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_pqr,
                                           .read = read_frame<PdbFrames<pqr_dialect>>};
 

@@ -421,6 +421,7 @@ constinit const ParticleFormat poscar_format{.name = "POSCAR",
                                              .extensions = {".vasp", ".poscar", ".contcar"},
                                              .names = {"poscar", "contcar", "xdatcar"},
                                              .frames = true,
+                                             .in_angstrom = true,
                                              .confidence = looks_like_poscar,
                                              .read = read_frame<PoscarFrames>};
 

@@ -231,6 +231,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
 constinit const ParticleFormat sdf_format{.name = "SDF",
                                           .extensions = {".sdf", ".mol", ".sd"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_sdf,
                                           .read = read_frame<SdfFrames>};
 

@@ -113,11 +113,15 @@ std::optional<std::array<std::size_t, 3>> find_axes(const AxisNames& way,
   return found;
 }
 
-/// Names the columns of positions x, y and z. Returns whether the table has positions.
+/// Names the columns of positions x, y and z, and another column x "other x". Returns whether the
+/// table has positions.
 bool name_axes(const std::vector<std::string>& bare_names, TableNames& table) {
   for (const AxisNames& way : ways_to_write_axes()) {
     const auto axes = find_axes(way, bare_names, table.units);
     if (!axes) continue;
+    for (std::string& name : table.names) {
+      if (place_in(axis_letters, name)) name.insert(0, "other ");
+    }
     for (std::size_t i = 0; i < 3; ++i) table.names[axes->at(i)] = axis_letters.at(i);
     return true;
   }
@@ -141,10 +145,8 @@ std::string first_known(const TableNames& table, const auto& known) {
 TableNames table_names(const std::vector<std::string_view>& header) {
   TableNames table;
   std::vector<std::string> bare_names;
-  bool named = false;  // a column is called x, y or z
   for (const std::string_view text : header) {
     const ColumnName plain = split_brackets(text);
-    named = named || place_in(axis_letters, plain.name);
     const ColumnName column = column_name(text);
     bare_names.push_back(bare(column.name));
     const auto size = place_in(size_names, column.name);
@@ -155,8 +157,7 @@ TableNames table_names(const std::vector<std::string_view>& header) {
   const auto is_there = [&](std::string_view axis) {
     return place_in(table.names, axis).has_value();
   };
-  table.has_positions =
-      named ? std::ranges::all_of(axis_letters, is_there) : name_axes(bare_names, table);
+  table.has_positions = std::ranges::all_of(axis_letters, is_there) || name_axes(bare_names, table);
   return table;
 }
 

@@ -125,6 +125,7 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
 constinit const ParticleFormat tinker_format{.name = "Tinker",
                                              .extensions = {".txyz", ".arc"},
                                              .frames = true,
+                                             .in_angstrom = true,
                                              .confidence = looks_like_tinker,
                                              .read = read_frame<TinkerFrames>};
 

@@ -437,6 +437,7 @@ class TrrFrames final : public FramesOf<BinaryInput> {
 constinit const ParticleFormat xtc_format{.name = "XTC",
                                           .extensions = {".xtc"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_xtc,
                                           .read = read_frame<XtcFrames>,
                                           .holds = ParticleFormat::Holds::positions};
@@ -444,6 +445,7 @@ constinit const ParticleFormat xtc_format{.name = "XTC",
 constinit const ParticleFormat trr_format{.name = "TRR",
                                           .extensions = {".trr"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_trr,
                                           .read = read_frame<TrrFrames>,
                                           .holds = ParticleFormat::Holds::positions};

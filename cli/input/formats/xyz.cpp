@@ -311,6 +311,7 @@ class XyzFrames final : public FramesOf<ParticleInput> {
 constinit const ParticleFormat xyz_format{.name = "XYZ",
                                           .extensions = {".xyz", ".extxyz"},
                                           .frames = true,
+                                          .in_angstrom = true,
                                           .confidence = looks_like_xyz,
                                           .read = read_frame<XyzFrames>};
 

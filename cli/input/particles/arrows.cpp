@@ -50,6 +50,7 @@ std::vector<Columns> candidates(std::string_view arrows) {
   for (const std::string& name : names) {
     all.push_back({name + "x", name + "y", name + "z"});
     all.push_back({name + "_x", name + "_y", name + "_z"});
+    all.push_back({name + ":0", name + ":1", name + ":2"});  // ParaView
   }
   return all;
 }

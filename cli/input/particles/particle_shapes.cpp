@@ -28,7 +28,7 @@ ParticleShapes::ParticleShapes(const SelectedParticles& selected, const Particle
 void ParticleShapes::add_part(const SelectedPart& part) {
   const auto spheres = std::span(scene_.spheres).subspan(first_);
   const double stick_radius = part.look.stick_radius.value_or(selected_.stick_radius);
-  shape_spheres(part.look, stick_radius, selected_.angstrom, spheres);
+  shape_spheres(part.look, stick_radius, spheres);
   if (!particles_.empty()) {
     const bool sticks = has_sticks(part.look.style);
     for (std::size_t i = 0; i < spheres.size(); ++i) {

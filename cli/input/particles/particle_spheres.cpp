@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/scene_file/material_table.h"
@@ -134,11 +135,20 @@ class MaterialLookup {
   std::vector<std::uint32_t> numbers_;  // by kind
 };
 
-double radius_of(const Particles& particles, const ParticleRadius& radius, std::size_t particle) {
+/// Returns the radius of an element in the particles' unit of length.
+double radius_in_unit(double radius, double angstrom) {
+  return std::clamp(radius * angstrom, ranges::length.least, ranges::length.most);
+}
+
+/// `angstrom`: its length in the particles' unit.
+double radius_of(const Particles& particles, const ParticleRadius& radius, double angstrom,
+                 std::size_t particle) {
   switch (radius.rule) {
     case RadiusRule::column: return particles.radii[particle];
-    case RadiusRule::by_element: return element(particles.elements[particle]).radius;
-    case RadiusRule::covalent: return crystal_radius(particles.elements[particle]);
+    case RadiusRule::by_element:
+      return radius_in_unit(element(particles.elements[particle]).radius, angstrom);
+    case RadiusRule::covalent:
+      return radius_in_unit(crystal_radius(particles.elements[particle]), angstrom);
     default: return radius.value;
   }
 }
@@ -288,12 +298,13 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
     fail_too_many(file, limits::max_materials,
                   " distinct materials in the scene: round the file's colours");
   }
+  const double angstrom = angstrom_of(particles);
   const std::size_t first = scene.spheres.size();
   scene.spheres.resize(first + count);
   Bands(count, threads).run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       scene.spheres[first + i] = {without_negative_zero(particles.positions[i]),
-                                  radius_of(particles, look.radius, i), surfaces[i]};
+                                  radius_of(particles, look.radius, angstrom, i), surfaces[i]};
     }
   });
   scene.materials = table.take();

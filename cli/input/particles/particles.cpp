@@ -60,6 +60,7 @@ Particles read(PackedFile& file, const ParticleFormat& format, const ParticleReq
   if (!goes_on) file.rewind();
   Particles particles = format.read(file, request);
   particles.facts.format = format.name;
+  if (format.in_angstrom) particles.facts.length_unit = "angstrom";
   particles.facts.packing = file.packing();
   return particles;
 }

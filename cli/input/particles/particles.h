@@ -60,7 +60,7 @@ struct ParticleFacts {
   std::uint64_t frame = 0;                ///< number of the frame that was read, from 0
   std::optional<std::uint64_t> frames{};  ///< number of frames in the file, if they were counted
   std::optional<double> time{};           ///< time, step or number, as the file has it
-  std::string length_unit{};              ///< of positions and radii; empty: the file names none
+  std::string length_unit{};              ///< of positions and radii; empty: not known
   std::vector<ParticleNote> notes{};
 };
 

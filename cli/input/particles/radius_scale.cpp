@@ -55,16 +55,15 @@ NumberBounds scale_to(const RadiusScale& scale, std::vector<double>& numbers) {
 }  // namespace
 
 RadiusScale radius_scale_from(std::string_view text) {
-  const std::size_t colon = text.find(':');
-  RadiusScale scale{lower_case(trimmed(text.substr(0, colon)))};
-  bool valid = !scale.by.empty();
-  if (colon != std::string_view::npos) {
-    const std::string_view rest = text.substr(colon + 1);
-    const std::size_t second = rest.find(':');
-    if (second != std::string_view::npos) {
-      scale.low = number_or_nan(trimmed(rest.substr(0, second)));
-      scale.high = number_or_nan(trimmed(rest.substr(second + 1)));
-    }
+  // One colon is part of a name, such as velocity:0.
+  const bool scaled = std::ranges::count(text, ':') >= 2;
+  const std::size_t second = scaled ? text.rfind(':') : text.size();
+  const std::size_t first = scaled ? text.rfind(':', second - 1) : text.size();
+  RadiusScale scale{lower_case(trimmed(text.substr(0, first)))};
+  bool valid = !scale.by.empty() && scale.by.front() != ':' && scale.by.back() != ':';
+  if (scaled) {
+    scale.low = number_or_nan(trimmed(text.substr(first + 1, second - first - 1)));
+    scale.high = number_or_nan(trimmed(text.substr(second + 1)));
     valid = valid && is_radius(scale.low) && is_radius(scale.high) && scale.low < scale.high;
   }
   if (valid) return scale;

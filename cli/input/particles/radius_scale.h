@@ -22,7 +22,8 @@ struct RadiusScale {
   friend bool operator==(const RadiusScale&, const RadiusScale&) = default;
 };
 
-/// Parses COLUMN or COLUMN:LOW:HIGH. Throws InputError, which names no place, for other texts.
+/// Parses COLUMN or COLUMN:LOW:HIGH. COLUMN may contain a colon: velocity:0. Throws InputError,
+/// which names no place, for other texts.
 RadiusScale radius_scale_from(std::string_view text);
 /// Returns the text that radius_scale_from() parses to `scale`. Returns "" if there are no radii.
 std::string text_of(const RadiusScale& scale);

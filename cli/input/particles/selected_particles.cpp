@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/fixed_looks.h"
 #include "cli/input/particles/particle_shapes.h"
 #include "cli/input/particles/particle_spheres.h"
@@ -190,7 +189,6 @@ SelectedParticles parts_of(Particles particles, PackedFile& file, const Particle
                            const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
   const std::size_t count = particles.count();
-  const double angstrom = angstrom_of(particles);
   std::vector<DrawnBond> bonds = bonds_to_draw(source, particles);
   const double stick_radius = draws_sticks(source) ? stick_radius_of(particles, bonds) : 0;
   ParticleArrows arrows = arrows_to_draw(source, particles, file, request);
@@ -198,7 +196,6 @@ SelectedParticles parts_of(Particles particles, PackedFile& file, const Particle
   with_remedy("show", {}, file, request, [&] { parts = split(particles, source, threads); });
   SelectedParticles selected{.facts = std::move(particles.facts),
                              .cell = particles.cell,
-                             .angstrom = angstrom,
                              .count = count,
                              .bonds = std::move(bonds),
                              .stick_radius = stick_radius,

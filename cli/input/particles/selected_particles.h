@@ -33,7 +33,6 @@ struct SelectedParticles {
   ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
   std::optional<ParticleCell> cell;
   std::vector<SelectedPart> parts{};
-  double angstrom = 1;             ///< length of 1 angstrom in the unit of the particles
   std::size_t count = 0;           ///< of all particles, also those that no part shows
   std::vector<DrawnBond> bonds{};  ///< particles have the numbers from before they were split
   double stick_radius = 0;         ///< default of the looks; 0: no look draws sticks

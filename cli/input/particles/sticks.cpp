@@ -44,12 +44,12 @@ bool is_small_molecule(const Particles& particles, const ParticleSource& source)
 }
 
 /// Returns the share of its usual radius that a ball has between sticks.
-double share_of_ball(const ParticleLook& look, double angstrom) {
+double share_of_ball(const ParticleLook& look) {
   constexpr double share = 0.25;             // of a van der Waals radius
   constexpr double share_of_covalent = 0.5;  // about the same size
   switch (look.radius.rule) {
-    case ParticleRadius::Rule::by_element: return share * angstrom;
-    case ParticleRadius::Rule::covalent: return share_of_covalent * angstrom;
+    case ParticleRadius::Rule::by_element: return share;
+    case ParticleRadius::Rule::covalent: return share_of_covalent;
     case ParticleRadius::Rule::column: return look.radius_by.empty() ? share : 1;
     default: return 1;
   }
@@ -95,11 +95,10 @@ double stick_radius_of(const Particles& particles, const std::vector<DrawnBond>&
   return distance > 0 ? in_range(share * distance) : usual;
 }
 
-void shape_spheres(const ParticleLook& look, double stick_radius, double angstrom,
-                   std::span<Sphere> spheres) {
+void shape_spheres(const ParticleLook& look, double stick_radius, std::span<Sphere> spheres) {
   if (!has_sticks(look.style)) return;
   const bool sticks = look.style == ParticleStyle::sticks;
-  const double share = share_of_ball(look, angstrom);
+  const double share = share_of_ball(look);
   for (Sphere& sphere : spheres) {
     sphere.radius = sticks ? stick_radius : in_range(share * sphere.radius);
   }

@@ -38,14 +38,12 @@ void decide_style(const Particles& particles, ParticleSource& source);
 double stick_radius_of(const Particles& particles, const std::vector<DrawnBond>& bonds);
 
 /// Gives the spheres of particles the radii of a style. `look` is decided. `spheres` have the radii
-/// of its rule, in angstrom if it is by_element or covalent. `angstrom` is the length of an
-/// angstrom in the particles' unit.
+/// of its rule.
 /// - balls_and_sticks: 0.25 of the radius by element or column, 0.5 of the covalent radius. A
 ///   number and radius_by stay as they are.
 /// - sticks: `stick_radius`.
 /// - spheres: no change.
-void shape_spheres(const ParticleLook& look, double stick_radius, double angstrom,
-                   std::span<Sphere> spheres);
+void shape_spheres(const ParticleLook& look, double stick_radius, std::span<Sphere> spheres);
 
 /// A particle in a scene.
 struct DrawnParticle {

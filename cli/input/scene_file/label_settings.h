@@ -52,8 +52,4 @@ std::string problem_with_label_text(std::string_view text, std::size_t longest);
 /// unchanged.
 std::string_view unit_sign(std::string_view unit);
 
-/// Returns the unit of lengths in files of a format (ParticleFacts::format): "angstrom", or "" if
-/// it is not known.
-std::string_view length_unit_of(std::string_view format);
-
 }  // namespace parray::input

@@ -67,8 +67,8 @@ void material_fields(F&& f, MaterialType type, S&... s) {
 template <typename F, typename... S>
 void postprocessing_fields(F&& f, S&... s) {
   f({"outline",
-     "Draw dark lines around spheres in front of others that are farther away. WIDTH in pixels or, "
-     "with --dpi or --width-mm, in points (0.5pt); on: 1/450 of the picture's height",
+     "Draw dark lines around spheres and capsules in front of others that are farther away. WIDTH "
+     "in pixels or, with --dpi or --width-mm, in points (0.5pt); on: 1/450 of the picture's height",
      0, "on|off|WIDTH"},
     LineWidthRange{drawing_ranges::line_width}, s.outline...);
   f({"depth_cue",

@@ -97,10 +97,12 @@ void NumberSource::values(std::size_t begin, std::span<double> out) const {
   }
 }
 
+bool is_length_number(std::string_view name) {
+  return name == "x" || name == "y" || name == "z" || name == "radius";
+}
+
 std::string unit_of(std::string_view name, const Particles& particles) {
-  for (const std::string_view length : {"x", "y", "z", "radius"}) {
-    if (name == length) return particles.facts.length_unit;
-  }
+  if (is_length_number(name)) return particles.facts.length_unit;
   const NumberColumn* const column = particles.numbers_named(name);
   return column == nullptr ? "" : column->unit;
 }

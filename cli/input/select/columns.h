@@ -55,6 +55,9 @@ class NumberSource {
   const std::vector<double>* column_ = nullptr;
 };
 
+/// Returns whether a number is a length in the file's unit: a position or a radius.
+bool is_length_number(std::string_view name);
+
 /// Returns the unit of a number; empty: unknown. Positions and radii have the file's unit of
 /// length.
 std::string unit_of(std::string_view name, const Particles& particles);

@@ -88,7 +88,7 @@ ParticleClass class_of(std::string_view word) {
 using Kind = Expression::Kind;
 
 /// Returns whether `text` matches `pattern`. A '*' stands for any number of characters, including
-/// none.
+/// none. A ' also stands for the * of old names of nucleic acids: C5' matches C5*.
 bool matches(std::string_view pattern, std::string_view text) {
   std::size_t star = std::string_view::npos;
   std::size_t after_star = 0;  // end of the characters that the last star covers, in `text`
@@ -97,7 +97,8 @@ bool matches(std::string_view pattern, std::string_view text) {
     if (p < pattern.size() && pattern[p] == '*') {
       star = p++;
       after_star = t;
-    } else if (p < pattern.size() && pattern[p] == text[t]) {
+    } else if (p < pattern.size() &&
+               (pattern[p] == text[t] || (pattern[p] == '\'' && text[t] == '*'))) {
       ++p;
       ++t;
     } else if (star != std::string_view::npos) {

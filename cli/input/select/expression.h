@@ -57,7 +57,9 @@ struct Expression {
   std::size_t depth = 1;   ///< depth of this tree, including this node
   double number = 0;
   std::string word{};
-  std::vector<std::string> words{};  ///< names; '*' stands for any characters, letter case matters
+  /// Names. '*' stands for any characters, "'" also for the '*' of old names of nucleic acids.
+  /// Letter case matters.
+  std::vector<std::string> words{};
   std::vector<WholeRange> ranges{};  ///< ascending and disjoint
   std::vector<Expression> parts{};
 

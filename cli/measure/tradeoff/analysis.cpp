@@ -132,12 +132,19 @@ std::vector<std::size_t> dominators_of(const std::vector<CostAndError>& points) 
 }
 
 void mark_front(std::vector<Row>& rows) {
+  std::vector<Row*> known;
   std::vector<CostAndError> points;
-  for (const Row& row : rows) points.push_back({row.seconds.median, row.rmse});
+  for (Row& row : rows) {
+    row.on_front = false;
+    row.dominated_by.clear();
+    if (!(row.rmse > 0)) continue;
+    known.push_back(&row);
+    points.push_back({row.seconds.median, row.rmse});
+  }
   const std::vector<std::size_t> dominators = dominators_of(points);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    rows[i].on_front = dominators[i] == i;
-    rows[i].dominated_by = rows[i].on_front ? "" : rows[dominators[i]].options;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    known[i]->on_front = dominators[i] == i;
+    if (!known[i]->on_front) known[i]->dominated_by = known[dominators[i]]->options;
   }
 }
 

@@ -87,7 +87,7 @@ struct Row {
   double rays = 0;             ///< per sample, mean
   double mse = 0;              ///< mean
   double mse_deviation = 0;    ///< standard deviation of the `mse` of one run
-  double rmse = 0;             ///< square root of mse, 0 if that is below 0
+  double rmse = 0;             ///< square root of mse; 0, not known, if that is below 0
   double rmse_deviation = 0;   ///< standard deviation of the RMSE of one run
   double rmse_8bit = 0;        ///< the same for Run::mse_8bit
   double claimed = 0;          ///< root mean square of Run::claimed
@@ -99,7 +99,8 @@ struct Row {
   double denoise_seconds = 0;  ///< the part of the median of `seconds` for denoising
   Budget budget;
   bool on_front = false;
-  /// The options_of() of faster settings whose error is no larger; empty on the Pareto front.
+  /// The options_of() of faster settings whose error is no larger. Empty on the Pareto front, and
+  /// for an error that is not known.
   std::string dominated_by;
 
   double mse_scatter = 0;  ///< Run::mse_scatter, mean: the same for all runs
@@ -142,6 +143,7 @@ struct CostAndError {
 std::vector<std::size_t> dominators_of(const std::vector<CostAndError>& points);
 
 /// Marks the rows on the Pareto front of time and error, and sets `dominated_by` of the others.
+/// Rows whose error is not known are not on the front and dominate no row.
 void mark_front(std::vector<Row>& rows);
 
 /// ln y = intercept + slope ln x, by least squares.

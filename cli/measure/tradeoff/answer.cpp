@@ -211,7 +211,7 @@ std::optional<Candidate> corrected(const Row& row, double error) {
 const Row* fastest_within(double error, const std::vector<Row>& rows) {
   const Row* fastest = nullptr;
   for (const Row& row : rows) {
-    if (row.rmse <= error * 1.005 &&
+    if (row.rmse > 0 && row.rmse <= error * 1.005 &&
         (fastest == nullptr || row.seconds.median < fastest->seconds.median)) {
       fastest = &row;
     }

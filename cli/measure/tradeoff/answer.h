@@ -39,7 +39,8 @@ std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
 /// corrected settings equal those of the row.
 std::optional<Candidate> corrected(const Row& row, double error);
 
-/// Returns the fastest row whose RMSE is at most 0.5 % above `error`. Null: there is none.
+/// Returns the fastest row whose RMSE is known and at most 0.5 % above `error`. Null: there is
+/// none.
 const Row* fastest_within(double error, const std::vector<Row>& rows);
 
 /// Returns whether settings of one scene differ only in the number of samples or in the value of a

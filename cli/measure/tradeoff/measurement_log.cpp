@@ -140,7 +140,13 @@ MeasurementLog::MeasurementLog(fs::path directory, const Identity& identity, boo
   }
   check_output_path(file("tradeoff.json"));
   if (restart) {
-    for (const fs::path& old : {file(state_name), file(runs_name), reference()}) fs::remove(old);
+    for (const fs::path& old : {file(state_name), file(runs_name), reference()}) {
+      fs::remove(old, failed);
+      if (failed) {
+        throw InputError(shown(old) + ": cannot be deleted: " + failed.message() +
+                         ": use another directory");
+      }
+    }
   }
   if (fs::exists(file(state_name))) {
     read_state(identity);
@@ -156,7 +162,7 @@ MeasurementLog::MeasurementLog(fs::path directory, const Identity& identity, boo
 
 void MeasurementLog::read_state(const Identity& identity) {
   state_ = json::parse(text_of(file(state_name)), nullptr, false);
-  if (!state_.is_object() || !state_.contains("identity")) {
+  if (!state_.is_object() || !state_.contains("identity") || !state_["identity"].is_object()) {
     throw InputError(shown(file(state_name)) + ": is damaged" + remedy);
   }
   const json wanted = json_of(identity);

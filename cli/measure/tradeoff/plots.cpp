@@ -1,6 +1,7 @@
 #include "cli/measure/tradeoff/plots.h"
 
 #include <string>
+#include <system_error>
 
 #include "cli/child_process/child_process.h"
 #include "cli/measure/tradeoff/plot_scripts.h"
@@ -43,7 +44,8 @@ std::string caption_of(const TradeoffResults& results) {
 
 void write_plot_scripts(const TradeoffResults& results, const fs::path& directory) {
   const fs::path plots = directory / "plots";
-  fs::create_directories(plots);
+  std::error_code ignored;  // without the directory, writing the first file fails with a reason
+  fs::create_directories(plots, ignored);
   write_text_file(plots / "values.gp", values_of(results));
   for (const PlotScript& script : plot_scripts) {
     write_text_file(plots / (std::string(script.name) + ".gp"), std::string(script.text));
@@ -67,7 +69,8 @@ std::optional<std::string> draw_plots(const fs::path& directory, const std::stri
              (end.timed_out ? "took longer than 60 s"
                             : "failed, " + printable(log.string(), 4096) + " has the reason");
     }
-    fs::remove(log);
+    std::error_code ignored;  // the plot exists
+    fs::remove(log, ignored);
   }
   return std::nullopt;
 }

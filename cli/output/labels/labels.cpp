@@ -5,10 +5,12 @@
 #include <utility>
 
 #include "cli/input/particles/length_unit.h"
+#include "cli/input/select/columns.h"
 #include "cli/output/labels/block.h"
 #include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::labels {
 namespace {
@@ -48,6 +50,8 @@ double dots_per_inch(const LabelSettings& settings, double width) {
 
 void set_title(Legend& legend, const LabelSettings& settings) {
   const bool arrows = !legend.entries.empty() && legend.entries.front().arrow;
+  const bool lengths = !legend.stops.empty() && is_length_number(legend.title);
+  if (lengths && !settings.unit.empty()) legend.unit = trimmed(unit_sign(settings.unit));
   if (settings.legend_title.empty() || arrows) return;
   legend.title = settings.legend_title;
   legend.unit.clear();
@@ -133,6 +137,7 @@ void Labels::Parts::add_legends() {
   for (Legend& legend : content.legends) {
     set_title(legend, content.settings);
     font.check(content.settings.legend_title, "--legend-title");
+    font.check(content.settings.unit, "--unit");
     blocks.push_back(legend_block(style, legend));
   }
 }

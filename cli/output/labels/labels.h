@@ -34,6 +34,8 @@ struct LabelContent {
 double dots_per_inch(const LabelSettings& settings, double width);
 
 /// Gives a legend of colours the title of the settings, if they have one. It contains the unit.
+/// Otherwise gives a legend of positions or radii the unit of the settings, if they have one. A
+/// blank unit means no unit.
 void set_title(Legend& legend, const LabelSettings& settings);
 
 /// Returns the length of a scale bar in the scene's unit: the largest round length (round_below())

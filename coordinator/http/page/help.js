@@ -11,7 +11,7 @@ const otherKeys = [['/', 'in a list: search'], ['↑ ↓ Page Home End', 'in a l
   ['Space ← →', 'in a series: play or stop; show the previous or the next frame'], [', .', 'in a frame: open the previous or the next frame']];
 const glossary = [
   ['error (RMSE)', 'Estimated root mean square error of the picture in linear values. The job of a target error ends when the upper end of its 95 % interval is below the target.'],
-  ['half-width', 'Half the width of a pixel\u2019s 95 % confidence interval. “99 % within 0.02” means that 99 % of the pixels have a smaller half-width.'],
+  ['half-width', 'Half the width of a pixel\u2019s 95 % confidence interval. “99 % within 0.02” means that 99 % of the pixel values, each channel counted, have a smaller half-width.'],
   ['spp', 'Samples per pixel. More samples make a smaller error: four times as many halve it.'],
   ['lease', 'A part of a picture that a worker traces. When the worker is lost, another worker gets the lease.'],
   ['drain', 'A drained worker finishes its leases and gets no more. “Resume” ends this.'],

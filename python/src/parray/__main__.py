@@ -78,7 +78,8 @@ def _with_file(words: list[str], place: int, folder: Path) -> list[str]:
     file = particles.write(folder, " ".join(rest))
     rest.insert(place, str(file))
     unit = particles.unit_in(file)
-    if unit is not None and "--scale-bar" in rest and not any(word.split("=")[0] == "--unit" for word in rest):
+    shows_unit = "--scale-bar" in rest or "--legend" in rest
+    if unit is not None and shows_unit and not any(word.split("=")[0] == "--unit" for word in rest):
         rest += ["--unit", unit]
     names: Union[Path, str, None] = particles.write_names(folder)
     if names is None and not takes_topology(Path(words[place])):

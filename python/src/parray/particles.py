@@ -38,7 +38,7 @@ class Particles:
     texts      further texts by name, each (N,): "type", "name" (of the atom), "resname", "chain", or any category
     cell       (3, 3): the edges a, b and c of the box; `origin`: its corner
     time       time of the frame
-    unit       unit of lengths for the scale bar; without it, angstrom for particles with elements
+    unit       unit of lengths in labels; without it, angstrom for particles with elements
     """
 
     def __init__(
@@ -178,7 +178,7 @@ class Particles:
         return write_xyz(folder / "particles.xyz", self, columns, numbers)
 
     def unit_in(self, file: Path) -> Optional[str]:
-        """Returns the unit for the scale bar of a file of write(). Returns None if the file needs none. The program takes
+        """Returns the unit for labels of a file of write(). Returns None if the file needs none. The program takes
         lengths of XYZ for angstrom, so a blank stands for a unit that is not known."""
         return self.unit or (" " if file.suffix == ".xyz" else None)
 

@@ -32,7 +32,7 @@ class Work(NamedTuple):
 
     source: Union[Path, Scene]
     unit: Optional[str] = None
-    """The unit of lengths for a scale bar. None: that of the file's format."""
+    """The unit of lengths in labels. None: that of the file's format."""
     title: Optional[str] = None
     """The title of the legend. None: that of the program."""
     options: tuple[str, ...] = ()
@@ -158,7 +158,7 @@ def _asked_of(rules: list[str], asked: Mapping[str, Any]) -> dict[str, Any]:
 def with_labels_of(work: Work, settings: Mapping[str, Any], has_option: Callable[[str], bool]) -> dict[str, Any]:
     """Returns the settings with the unit and the title of the input, where labels need them and the user states none."""
     changed = dict(settings)
-    if work.unit is not None and changed.get("scale_bar"):
+    if work.unit is not None and (changed.get("scale_bar") or changed.get("legend")):
         changed.setdefault("unit", work.unit)
     if work.title is not None and changed.get("legend") and "legend_title" not in changed and has_option("--legend-title"):
         changed["legend_title"] = work.title

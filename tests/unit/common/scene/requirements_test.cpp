@@ -228,7 +228,7 @@ TEST_CASE("the reasons name the numbers in plain words") {
   CHECK(reasons(narrow).precision_reason ==
         "storing in single precision would move surfaces by up to 2.38e-08, 13.2 times the "
         "picture's height at the nearest surface (invisible up to 1/8192)");
-  CHECK(reasons(empty_scene()).precision_reason == "no spheres");
+  CHECK(reasons(empty_scene()).precision_reason == "no shapes");
   CHECK(reasons(of_spread(0x1p17)).accelerator_reason.find("2 spheres") != std::string::npos);
 }
 

@@ -192,6 +192,23 @@ TEST_CASE("a simulated picture with an expensive end shows the cost of static le
   CHECK_THROWS_AS(replay_job({}, {}), RunError);
 }
 
+TEST_CASE("a simulated pass counts cells that were set back only with their last result") {
+  Entries entries = {pass(0, 10), JournalWorker{1, 1, "ann"}};
+  const auto add = [&](std::uint64_t epoch, CellRange range) {
+    JournalMerge one = merge(1, epoch, range);
+    one.seconds = static_cast<double>(range.count());
+    entries.emplace_back(one);
+  };
+  add(1, {0, 10});
+  entries.emplace_back(JournalRetraction{0, 13, {{2, 4}}});
+  CHECK(replay_job(entries, {SchedulePolicy::static_split, 1}).seconds == doctest::Approx(8));
+  add(2, {2, 4});
+  for (const SchedulePolicy policy : {SchedulePolicy::static_split, SchedulePolicy::weighted}) {
+    CHECK(replay_job(entries, {policy, 1}).seconds == doctest::Approx(10));
+    CHECK(replay_job(entries, {policy, 1}).efficiency == doctest::Approx(1));
+  }
+}
+
 TEST_CASE("an even pass takes work divided by total speed; slow workers hardly delay it") {
   const ChunkGrain grain{100'000, 100, 1, 64};
   const std::vector<ImaginedWorker> workers = {{2, 1}, {1, 0.1}, {4, 2}};

@@ -9,6 +9,8 @@
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -250,6 +252,18 @@ TEST_CASE("the schema of scenes names all formats of particles") {
     CAPTURE(format->name);
     CHECK(text.find(" " + std::string(format->name)) != std::string::npos);
   }
+}
+
+TEST_CASE("formats of molecules are in angstrom, and the particles tell it") {
+  const std::set<std::string_view> others{"PLY",    "LAMMPS dump", "LAMMPS data file", "GSD", "PSF",
+                                          "PRMTOP", "CSV"};
+  for (const ParticleFormat* format : particle_formats()) {
+    CAPTURE(format->name);
+    CHECK(format->in_angstrom == !others.contains(format->name));
+  }
+  const ParticleFiles files;
+  CHECK(files.read("a.xyz", "1\n\nC 1 2 3\n").facts.length_unit == "angstrom");
+  CHECK(files.read("a.csv", "x,y,z\n1,2,3\n").facts.length_unit.empty());
 }
 
 TEST_CASE("the name decides if the content fits several formats or is damaged") {

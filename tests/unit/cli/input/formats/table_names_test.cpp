@@ -40,6 +40,15 @@ TEST_CASE("positions have the names of many programs, also with a unit") {
   }
 }
 
+TEST_CASE("a column x without y and z does not hide positions with other names") {
+  const TableNames table = table_names(words_of_header("x pos_x pos_y pos_z"));
+  CHECK(table.has_positions);
+  CHECK(table.names == Names{"other x", "x", "y", "z"});
+  CHECK(table_names(words_of_header("x y z pos_x pos_y pos_z")).names ==
+        Names{"x", "y", "z", "pos_x", "pos_y", "pos_z"});
+  CHECK_FALSE(table_names(words_of_header("x y pos_z")).has_positions);
+}
+
 TEST_CASE("units stand in brackets after names, or at the end of names of lengths") {
   const TableNames table =
       table_names(Words{"x [\u00b5m]", "y (um)", "z_micron", "Radius_MM", "speed [m/s]", "c_s[1]",

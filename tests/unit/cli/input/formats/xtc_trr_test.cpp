@@ -68,6 +68,7 @@ TEST_CASE("XTC: packed positions in nm become angstrom, with time and cell") {
   CHECK(particles.facts.frames == 2U);
   CHECK(has_edges(particles, {20, 0, 0}, {5, 30, 0}, {0, 0, 40}));
   CHECK(has_note(particles, "length_unit"));
+  CHECK(particles.facts.length_unit == "angstrom");
   check_cuts("a.xtc", test::packed_xtc(), 1);
 }
 

@@ -42,10 +42,10 @@ TEST_CASE("the text of arrows names a vector or three columns") {
 TEST_CASE("a vector is found by its word, its name or its columns") {
   using Names = std::vector<std::string>;
   const std::vector<std::pair<std::string, Names>> cases{
-      {"velocity", {"vx", "vy", "vz"}}, {"velocity", {"velo_x", "velo_y", "velo_z"}},
-      {"force", {"fx", "fy", "fz"}},    {"force", {"forces_x", "forces_y", "forces_z"}},
-      {"mu", {"mux", "muy", "muz"}},    {"magmom", {"magmom_x", "magmom_y", "magmom_z"}},
-      {"spin,b, c", {"spin", "b", "c"}}};
+      {"velocity", {"vx", "vy", "vz"}},  {"velocity", {"velo_x", "velo_y", "velo_z"}},
+      {"force", {"fx", "fy", "fz"}},     {"force", {"forces_x", "forces_y", "forces_z"}},
+      {"mu", {"mux", "muy", "muz"}},     {"magmom", {"magmom_x", "magmom_y", "magmom_z"}},
+      {"spin,b, c", {"spin", "b", "c"}}, {"velocity", {"velocity:0", "velocity:1", "velocity:2"}}};
   for (const auto& [text, names] : cases) {
     CAPTURE(text);
     Particles particles = moving(names);

@@ -52,11 +52,14 @@ TEST_CASE("numbers that are no radii are refused, and the message names the part
 }
 
 TEST_CASE("texts of radii are read and written, others are refused") {
-  for (const std::string text : {"mass", "mass:0.5:2", "z:1e-15:1e+15"}) {
+  for (const std::string text :
+       {"mass", "mass:0.5:2", "z:1e-15:1e+15", "velocity:0", "velocity:1:0.5:2"}) {
     CHECK(text_of(radius_scale_from(text)) == text);
   }
-  for (const std::string text : {"", ":1:2", "mass:", "mass:1", "mass:2:1", "mass:1:1", "mass:0:1",
-                                 "mass:1:x", "mass:nan:2", "mass:1:1e16", "mass:1:2:3"}) {
+  CHECK(radius_scale_from("velocity:1:0.5:2").by == "velocity:1");
+  for (const std::string text :
+       {"", ":1:2", "mass:", ":1", "mass:2:1", "mass:1:1", "mass:0:1", "mass:1:x", "mass:nan:2",
+        "mass:1:1e16", "mass:1:3:2", "mass::1:2"}) {
     CAPTURE(text);
     CHECK_THROWS_AS(radius_scale_from(text), InputError);
   }

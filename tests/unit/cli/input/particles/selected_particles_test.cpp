@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_spheres.h"
@@ -219,6 +220,33 @@ TEST_CASE("an automatic scene contains ground, light blocker and particles") {
   CHECK(atoms.file.scene.spheres[2] == Sphere{{1, 2, 3}, element(8).radius, 2});
   CHECK(atoms.source.look.material.rule == ParticleMaterial::Rule::by_element);
   CHECK(atoms.source.look.radius.rule == ParticleRadius::Rule::by_element);
+}
+
+TEST_CASE("radii of elements are in the file's unit of length, in spheres and in balls of sticks") {
+  const ParticleScene files;
+  const auto shown_radius = [&](const std::string& unit, const ParticleLook& look) {
+    std::string text = "element,x,y,z\nAr,0,0,0\nAr,0,0,4\n";
+    for (const char* const axis : {",x", ",y", ",z"}) {
+      text.insert(text.find(axis) + 2, " [" + unit + "]");
+    }
+    files.write("pair.csv", text);
+    ParticleSource source;
+    source.look = look;
+    return auto_scene(files.file("pair.csv"), source, auto_scene_settings())
+        .file.scene.spheres.back()
+        .radius;
+  };
+  using Rule = ParticleRadius::Rule;
+  for (const auto& [rule, style] : {std::pair(Rule::by_element, ParticleStyle::spheres),
+                                    std::pair(Rule::covalent, ParticleStyle::spheres),
+                                    std::pair(Rule::by_element, ParticleStyle::balls_and_sticks)}) {
+    ParticleLook look;
+    look.style = style;
+    look.radius = {rule, 0};
+    const double in_angstrom = shown_radius("angstrom", look);
+    CHECK(shown_radius("nm", look) == doctest::Approx(in_angstrom / 10));
+    CHECK(shown_radius("px", look) == in_angstrom);
+  }
 }
 
 TEST_CASE("points become plain balls with the lattice radius") {

@@ -32,9 +32,9 @@ ParticleLook look_of(ParticleStyle style, ParticleRadius radius) {
   return look;
 }
 
-double radius_in(const ParticleLook& look, double angstrom = 1) {
+double radius_in(const ParticleLook& look) {
   std::vector<Sphere> spheres{{{0, 0, 0}, 2, 0}};
-  shape_spheres(look, 0.15, angstrom, spheres);
+  shape_spheres(look, 0.15, spheres);
   return spheres.front().radius;
 }
 

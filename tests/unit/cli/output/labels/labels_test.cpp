@@ -340,6 +340,19 @@ TEST_CASE("a legend's title replaces the name and the unit of the numbers") {
   CHECK(refusal(content).starts_with("--legend-title: the font DejaVu Sans has no character"));
 }
 
+TEST_CASE("a legend of positions has the unit of the settings, as a scale bar has") {
+  Legend heights = velocity;
+  heights.title = "z";
+  const auto unit_in = [](Legend legend, const std::string& unit) {
+    set_title(legend, {.unit = unit});
+    return legend.unit;
+  };
+  CHECK(unit_in(heights, "") == heights.unit);
+  CHECK(unit_in(heights, "um") == "\u00b5m");
+  CHECK(unit_in(heights, " ").empty());
+  CHECK(unit_in(velocity, "um") == velocity.unit);
+}
+
 TEST_CASE("a cell around the camera is drawn only in front of the camera") {
   const ParticleCell cell{{-20, -20, -20}, {Vec3d{40, 0, 0}, {0, 40, 0}, {0, 0, 40}}};
   const CameraFilm film(camera_of(60), 200, 100);
