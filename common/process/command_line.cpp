@@ -229,8 +229,10 @@ Option Command::option(const std::string& names, std::function<void(const std::s
 template <typename Number>
 Option Command::add_number(const std::string& names, Number& target, Number least, Number most,
                            const std::string& description) {
-  const auto check = [range = CLI::Range(least, most), least, most](const std::string& text) {
-    return range(text).empty()
+  const auto check = [least, most](const std::string& text) {
+    Number value{};
+    const bool converted = CLI::detail::lexical_cast(text, value);
+    return converted && value >= least && value <= most  // unlike CLI::Range, refuses NaN
                ? std::string()
                : "Value " + text + " not in range " + bound_text(least) + " to " + bound_text(most);
   };

@@ -32,6 +32,7 @@ std::string message_about(const std::string& options) {
 TEST_CASE("a number outside its range is refused with the range in plain digits") {
   CHECK(message_about("--real 0") == "--real: Value 0 not in range 0.1 to 1000000");
   CHECK(message_about("--real 1x") == "--real: Value 1x not in range 0.1 to 1000000");
+  CHECK(message_about("--real nan") == "--real: Value nan not in range 0.1 to 1000000");
   CHECK(message_about("--whole=-6") == "--whole: Value -6 not in range -5 to 1000000");
   CHECK(message_about("--size=-1") == "--size: Value -1 not in range 2 to 9");
   CHECK(message_about("--real 0.1 --whole=-5 --size 9") == "no error");
