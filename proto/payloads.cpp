@@ -7,6 +7,14 @@
 #include "common/scene/scene_bytes.h"
 
 namespace parray::proto {
+namespace {
+
+std::uint64_t bytes_in_memory(const Scene& scene) {
+  return sizeof(Scene) + scene.materials.size() * sizeof(Material) +
+         scene.spheres.size() * sizeof(Sphere) + scene.capsules.size() * sizeof(Capsule);
+}
+
+}  // namespace
 
 std::string_view Bulk::verified() const {
   if (checksum_of(data.view()) != checksum) {
@@ -39,9 +47,7 @@ std::string ScenePayload::identity() const {
 }
 
 std::uint64_t ScenePayload::size() const {
-  if (const auto* scene = std::get_if<0>(&content_)) {
-    return *scene ? (*scene)->spheres.size() * sizeof(Sphere) : 0;
-  }
+  if (const auto* held = std::get_if<0>(&content_)) return *held ? bytes_in_memory(**held) : 0;
   return std::get<Bulk>(content_).data.size();
 }
 

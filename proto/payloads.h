@@ -41,7 +41,7 @@ class ScenePayload {
   [[nodiscard]] Bulk bytes() const;
   /// Returns scene_identity(), the SHA-256 of bytes(). Throws DecodeError if the checksum is wrong.
   [[nodiscard]] std::string identity() const;
-  /// Returns the approximate number of bytes in memory.
+  /// Returns the approximate number of bytes in memory; 0 if the payload holds nothing.
   [[nodiscard]] std::uint64_t size() const;
   /// Returns the stored bytes, unchecked; null if the payload holds the scene itself.
   [[nodiscard]] const Bulk* held_bytes() const { return std::get_if<Bulk>(&content_); }

@@ -76,7 +76,6 @@ void LeaseRunner::note(const LeaseResult& finished) {
   tally_.samples += cells.samples;
   tally_.build_seconds = finished.build_seconds;
   tally_.accelerator_bytes = finished.accelerator_bytes;
-  tally_.isa = finished.isa;
 }
 
 void LeaseRunner::start_next(Time now) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 #include "proto/clock.h"
 #include "worker/team.h"
@@ -18,7 +17,6 @@ struct WorkTally {
   // The fields below are those of the latest LeaseResult with cells.
   double build_seconds = 0;             ///< seconds of building the accelerator
   std::uint64_t accelerator_bytes = 0;  ///< memory of the accelerator
-  std::string isa;                      ///< instruction set of its code
 };
 
 /// The progress of a team.

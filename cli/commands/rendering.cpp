@@ -16,6 +16,7 @@
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
 #include "common/adaptive/rounding_limit.h"
+#include "common/base/bands.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -56,6 +57,7 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
   setenv("PARRAY_STATE", printable(state).c_str(), 1);
   setenv("PARRAY_REASON", printable(reason, 2000).c_str(), 1);
   setenv("PARRAY_IMAGE", image.c_str(), 1);
+  forget_wait_policy();
   const int status = std::system(command.c_str());  // NOLINT(cert-env33-c): the user's own command
   // NOLINTEND(concurrency-mt-unsafe)
   if (status != 0) std::cerr << "parray: --on-end " << printable(command, 200) << " has failed\n";

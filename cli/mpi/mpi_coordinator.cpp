@@ -9,6 +9,7 @@
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/settings.h"
+#include "common/trace/tracer.h"
 
 namespace parray::mpi {
 namespace {
@@ -266,7 +267,9 @@ RenderFacts MpiCoordinator::facts(const Ranks& ranks) const {
   facts.render_seconds = to_seconds(finished_ - started_);
   facts.deciding_seconds = deciding_seconds_;
   facts.workers = ranks.count;
-  facts.isa = pass_ ? pass_->runner.tally().isa : "";
+  const RenderSettings& settings = run_.record().settings;
+  // Also if rank 0 only merged the results of other ranks.
+  facts.isa = pass_ ? name_of(isa_for(settings.accelerator, settings.isa)) : "";
   for (std::uint32_t rank = 0; rank < ranks.count; ++rank) {
     const auto seconds_of = [&](WindowLayout::RankWord word) {
       return 1e-9 * static_cast<double>(rank_value(rank, word));

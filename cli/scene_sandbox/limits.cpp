@@ -13,9 +13,10 @@
 namespace parray::scene_sandbox {
 namespace {
 
-/// `option` is the option of the coordinator that gives the limit.
-void limit(decltype(RLIMIT_AS) what, rlim_t value, const std::string& option) {
-  const rlimit wanted{value, value};
+/// `option` is the option of the coordinator that gives the limit. `beyond`: the distance from the
+/// soft limit `value` to the hard limit.
+void limit(decltype(RLIMIT_AS) what, rlim_t value, const std::string& option, rlim_t beyond = 0) {
+  const rlimit wanted{value, value + beyond};
   if (setrlimit(what, &wanted) != 0) {
     throw RunError("the coordinator's own limits (ulimit -H -a) are below " + option +
                    ": start it with higher limits, or lower the option");
@@ -32,7 +33,8 @@ void confine(const ChildResources& resources, std::uint64_t file_bytes) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_DUMPABLE, 0);
   limit(RLIMIT_CORE, 0, "0 for core files");
-  limit(RLIMIT_CPU, resources.seconds, "--http-scene-seconds");
+  // At the soft limit the kernel sends SIGXCPU, which names the reason. The hard limit kills.
+  limit(RLIMIT_CPU, resources.seconds, "--http-scene-seconds", 1);
 #ifndef PARRAY_SANITIZED  // the shadow memory of sanitizers needs a huge address space
   limit(RLIMIT_AS, resources.memory, "--http-scene-memory");
   enclose_process(enclosure_of(file_bytes));

@@ -22,9 +22,10 @@ struct ChildResources {
 /// in it, and files of at most `file_bytes` bytes.
 Enclosure enclosure_of(std::uint64_t file_bytes);
 
-/// Limits memory and processor time, and calls enclose_process() with enclosure_of(file_bytes): a
-/// malicious upload may take this process over. Makes the process end when its parent ends. Throws
-/// RunError if a limit cannot be set. Builds with sanitizers limit only processor time.
+/// Limits memory and processor time (SIGXCPU ends the process), and calls enclose_process() with
+/// enclosure_of(file_bytes): a malicious upload may take this process over. Makes the process end
+/// when its parent ends. Throws RunError if a limit cannot be set. Builds with sanitizers limit
+/// only processor time.
 void confine(const ChildResources& resources, std::uint64_t file_bytes);
 
 /// keep_bytes() writes a file, kept_bytes() reads a whole file. Both throw RunError if that fails.

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <type_traits>
+#include <utility>
 
 #include "common/rooms.h"
 
@@ -22,6 +23,15 @@ class AlignedArray {
   AlignedArray() = default;
   explicit AlignedArray(std::size_t size)
       : memory_(static_cast<T*>(allocate_aligned(size * sizeof(T)))), size_(size) {}
+  /// A move leaves `other` empty.
+  AlignedArray(AlignedArray&& other) noexcept
+      : memory_(std::move(other.memory_)), size_(std::exchange(other.size_, 0)) {}
+  AlignedArray& operator=(AlignedArray&& other) noexcept {
+    memory_ = std::move(other.memory_);
+    size_ = std::exchange(other.size_, 0);
+    return *this;
+  }
+  ~AlignedArray() = default;
 
   [[nodiscard]] T* data() { return memory_.get(); }
   [[nodiscard]] const T* data() const { return memory_.get(); }

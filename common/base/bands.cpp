@@ -10,14 +10,24 @@ namespace {
 
 constexpr std::size_t least_items = 1U << 14;
 
+constexpr const char* wait_policy = "OMP_WAIT_POLICY";
+bool has_set_policy = false;
+
 /// Lets threads without work sleep. By default they spin for milliseconds after each parallel
 /// region, which takes processors from other programs. The priority places this function before
 /// OpenMP's runtime, which is linked statically, reads the variable. A value of the user stays.
 [[gnu::constructor(101)]] void let_idle_threads_sleep() {
-  setenv("OMP_WAIT_POLICY", "passive", 0);  // NOLINT(concurrency-mt-unsafe): there are no threads
+  // NOLINTBEGIN(concurrency-mt-unsafe): there are no threads
+  has_set_policy = getenv(wait_policy) == nullptr;
+  setenv(wait_policy, "passive", 0);
+  // NOLINTEND(concurrency-mt-unsafe)
 }
 
 }  // namespace
+
+void forget_wait_policy() {
+  if (has_set_policy) unsetenv(wait_policy);  // NOLINT(concurrency-mt-unsafe): see the header
+}
 
 void side_by_side(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
   if (count == 1) return work(0);

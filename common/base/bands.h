@@ -12,6 +12,10 @@ namespace parray::base {
 /// throw, and returns after the last one. Rethrows the exception of the lowest i that threw.
 void side_by_side(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
+/// Removes OMP_WAIT_POLICY from the environment if this program has set it for its own threads, so
+/// that a command of the user does not inherit it. No other thread may use the environment.
+void forget_wait_policy();
+
 /// A range of items cut into contiguous bands, one per thread. A result that is combined in the
 /// order of the bands, or independently of any order (sums of integers, extremes), is the same for
 /// any number of bands.

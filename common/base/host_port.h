@@ -13,8 +13,8 @@ struct HostPort {
   int port = 0;      ///< 0 .. 65535
 };
 
-/// Parses "HOST:PORT" or "[IPV6]:PORT". HOST must not contain a colon. Returns nothing if host or
-/// port is missing or invalid.
+/// Parses "HOST:PORT" or "[IPV6]:PORT". HOST must not contain a colon or a bracket. Returns nothing
+/// if host or port is missing or invalid.
 std::optional<HostPort> parse_host_port(const std::string& text);
 
 }  // namespace parray::base

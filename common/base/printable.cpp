@@ -33,9 +33,11 @@ CodePoint first_code_point(std::string_view text) {
 namespace {
 
 bool is_harmless(char32_t c) {
-  if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return false;             // C0, DEL, C1
-  if (c >= 0x200B && c <= 0x200F) return false;                      // zero width, direction marks
-  if (c >= 0x2028 && c <= 0x202E) return false;                      // line ends, overrides
+  if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return false;  // C0, DEL, C1
+  if (c >= 0x200B && c <= 0x200F) return false;           // zero width, direction marks
+  if (c >= 0x2028 && c <= 0x202E) return false;           // line ends, overrides
+  if (c == 0x061C || c == 0x180E) return false;    // Arabic direction mark, Mongolian separator
+  if (c >= 0xE0000 && c <= 0xE007F) return false;  // tags: an invisible copy of ASCII
   return !(c >= 0x2060 && c <= 0x206F) && c != 0xFEFF && c != 0xAD;  // isolates, BOM, soft hyphen
 }
 
@@ -44,6 +46,11 @@ std::string escape(char kind, std::uint32_t value, int digits) {
   std::string out{'\\', kind};
   for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4) out += hex[(value >> shift) & 0xFU];
   return out;
+}
+
+std::string escape_of(char32_t c) {
+  if (c < 0x80) return escape('x', c, 2);
+  return c <= 0xFFFF ? escape('u', c, 4) : escape('U', c, 8);
 }
 
 }  // namespace
@@ -60,7 +67,7 @@ std::string printable(std::string_view text, std::size_t max_bytes) {
     } else if (is_harmless(c.value)) {
       out += text.substr(0, taken);
     } else {
-      out += c.value < 0x80 ? escape('x', c.value, 2) : escape('u', c.value, 4);
+      out += escape_of(c.value);
     }
     if (out.size() > max_bytes) return out.substr(0, cut).append(ellipsis);
     if (out.size() + ellipsis.size() <= max_bytes) cut = out.size();

@@ -10,11 +10,11 @@ namespace parray::base {
 
 /// Returns `text` in a form for a one-line message on a terminal.
 ///
-/// Control characters, common invisible characters (U+AD, U+200B to U+200F, U+2028 to U+202E,
-/// U+2060 to U+206F, U+FEFF; some reorder a line), and bytes that are not UTF-8 become escapes
-/// (\x1b, \u202e). So the contents of a file cannot control the reader's terminal. If the escaped
-/// form is longer than `max_bytes`, it is cut after a whole character and ends in "...", which
-/// counts towards `max_bytes`.
+/// Control characters, common invisible characters (U+AD, U+061C, U+180E, U+200B to U+200F, U+2028
+/// to U+202E, U+2060 to U+206F, U+FEFF, U+E0000 to U+E007F; some reorder a line), and bytes that
+/// are not UTF-8 become escapes (\x1b, \u202e, \U000e0041). So the contents of a file cannot
+/// control the reader's terminal. If the escaped form is longer than `max_bytes`, it is cut after a
+/// whole character and ends in "...", which counts towards `max_bytes`.
 std::string printable(std::string_view text, std::size_t max_bytes = 60);
 
 struct CodePoint {

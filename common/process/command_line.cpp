@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <concepts>
 #include <string_view>
 #include <utility>
 
@@ -78,6 +81,15 @@ std::vector<std::string> names_in(const std::string& names) {
   }
   return found;
 }
+
+/// Returns the digits of a bound: "0.1", "1000000".
+std::string bound_text(double bound) {
+  constexpr std::size_t longest = 512;
+  std::array<char, longest> digits{};
+  char* const end = digits.data() + digits.size();
+  return {digits.data(), std::to_chars(digits.data(), end, bound, std::chars_format::fixed).ptr};
+}
+std::string bound_text(std::integral auto bound) { return std::to_string(bound); }
 
 OptionText help_option() {
   return {.names = {"-h", "--help"}, .value = {}, .text = "Print this help", .heading = "Help"};
@@ -217,7 +229,14 @@ Option Command::option(const std::string& names, std::function<void(const std::s
 template <typename Number>
 Option Command::add_number(const std::string& names, Number& target, Number least, Number most,
                            const std::string& description) {
-  return added(app_->add_option(names, target)->check(CLI::Range(least, most)), names,
+  const auto check = [least, most](const std::string& text) {
+    Number value{};
+    const bool converted = CLI::detail::lexical_cast(text, value);
+    return converted && value >= least && value <= most  // unlike CLI::Range, refuses NaN
+               ? std::string()
+               : "Value " + text + " not in range " + bound_text(least) + " to " + bound_text(most);
+  };
+  return added(app_->add_option(names, target)->check(check), names,
                std::is_integral_v<Number> ? "N" : "X", description);
 }
 

@@ -26,12 +26,12 @@ std::shared_ptr<const Accelerator> make_scalar(const Scene& scene, Precision pre
   }
 }
 
+}  // namespace
+
 Isa isa_for(AcceleratorKind kind, Isa asked) {
   if (kind == AcceleratorKind::octree) return Isa::scalar;
   return asked != Isa::automatic && runs_on_this_machine(asked) ? asked : best_isa();
 }
-
-}  // namespace
 
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene, Precision precision,
                                                     AcceleratorKind kind, Isa isa,

@@ -7,10 +7,13 @@
 
 namespace parray::trace {
 
-/// Builds the accelerator of a scene. `isa` may be `automatic`; no other argument may. The
-/// function uses the best instruction set of the machine if `isa` is `automatic` or missing here.
-/// An octree always uses `scalar`. The scene has at most limits::max_shapes shapes. Memory is
-/// proportional to their number, time nearly so. Throws std::bad_alloc.
+/// Returns the instruction set of an accelerator on this machine. It is `asked`, or the best one if
+/// `asked` is `automatic` or missing here. An octree always uses `scalar`.
+Isa isa_for(AcceleratorKind kind, Isa asked);
+
+/// Builds the accelerator of a scene, with the instruction set isa_for(kind, isa). Only `isa` may
+/// be `automatic`. The scene has at most limits::max_shapes shapes. Memory is proportional to their
+/// number, time nearly so. Throws std::bad_alloc.
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene, Precision precision,
                                                     AcceleratorKind kind, Isa isa,
                                                     const BuildOptions& options = {});

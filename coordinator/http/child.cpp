@@ -63,7 +63,7 @@ ChildEnd ChildRunner::run(const std::vector<std::string>& wanted, const fs::path
   constexpr int low_priority = 5;
   setpriority(PRIO_PROCESS, static_cast<id_t>(child), low_priority);
   const SteadyClock clock;
-  const Time end_at = clock.now() + seconds(2 * limits.seconds);
+  const Time end_at = clock.now() + seconds(elapsed_seconds(limits));
   bool timed_out = false;
   std::optional<ChildEnd> found;
   while (!(found = end_of_child(child))) {

@@ -17,8 +17,11 @@ OwnedPath work_directory(const std::filesystem::path& parent);
 /// Limits of a child process.
 struct ChildLimits {
   std::uint64_t memory = std::uint64_t{2} << 30;  ///< bytes of address space
-  std::size_t seconds = 60;  ///< processor time; the limit of elapsed time is twice as long
+  std::size_t seconds = 60;                       ///< processor time
 };
+
+/// Returns the limit of elapsed time, in seconds: twice that of processor time.
+constexpr std::size_t elapsed_seconds(const ChildLimits& limits) { return 2 * limits.seconds; }
 
 /// Runs parray-http-child (cli/scene_sandbox/main.cpp) as a child process at low priority. The
 /// child inherits no file, socket or lock of this process. Callable from any thread.
@@ -28,8 +31,9 @@ class ChildRunner {
   ChildRunner();
 
   /// Runs the child with the arguments `wanted` after those for the limits. Waits until it ends, or
-  /// kills it at a limit of time (ChildEnd::timed_out). `directory`: its working
-  /// directory. Throws RunError if the child cannot be started, or if stop() is called.
+  /// kills it at the limit of elapsed time (ChildEnd::timed_out). ChildEnd::signal is SIGXCPU, with
+  /// timed_out, if it reached the limit of processor time. `directory`: its working directory.
+  /// Throws RunError if the child cannot be started, or if stop() is called.
   ChildEnd run(const std::vector<std::string>& wanted, const std::filesystem::path& directory,
                const ChildLimits& limits) const;
 

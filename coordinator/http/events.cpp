@@ -153,7 +153,7 @@ void Events::await_end(JobId job, const std::string& owner, Time patience) {
 
 void Events::forgotten(JobId job) {
   const std::scoped_lock lock(mutex_);
-  forgotten_.push_back(job);
+  if (!streams_.empty()) forgotten_.push_back(job);
 }
 
 void Events::stop() {
@@ -184,7 +184,7 @@ void Events::run() {
   for (;;) {
     const Time begin = clock.now();
     const std::uint64_t served = joined();
-    if (!streams().empty()) poll();
+    poll();
     const Time rest = std::max<Time>(between_polls_, 50 * (clock.now() - begin));
     std::unique_lock lock(mutex_);
     const auto stopped = [this] { return stopped_; };
@@ -201,6 +201,7 @@ void Events::run() {
   }
 }
 
+/// Sends the changes since the last poll. Without listeners, only drops what it knows.
 void Events::poll() {
   std::vector<JobId> forgotten;
   {

@@ -40,7 +40,7 @@ class Events {
   /// `owner`: the waiting user or address (owner_of()), which gets at most three quarters of the
   /// waits. Throws Problem 503 if too many clients wait.
   void await_end(JobId job, const std::string& owner, Time patience);
-  /// Makes the next poll announce that a job was deleted.
+  /// Makes the next poll announce that a job was deleted. Does nothing without listeners.
   void forgotten(JobId job);
   /// Ends all streams, and all calls of await_end() that wait.
   void stop();

@@ -109,6 +109,16 @@ void find_host(RequestHead& head) {
   head.fields.emplace_back("host", authority);
 }
 
+/// Returns whether a field Connection contains the option close (RFC 9110, section 7.6.1).
+bool wants_close(const RequestHead& head) {
+  return std::ranges::any_of(head.fields, [](const auto& field) {
+    return field.first == "connection" &&
+           std::ranges::any_of(split_at(',', field.second), [](std::string_view option) {
+             return lower_case(trimmed(option)) == "close";
+           });
+  });
+}
+
 }  // namespace
 
 bool is_token(std::string_view text) {
@@ -167,7 +177,7 @@ RequestHead parse_head(std::string_view bytes) {
   find_host(head);
   find_body(head);
   head.expects = !head.old && lower_case(head.field("expect")) == "100-continue";
-  head.closes = head.closes || lower_case(head.field("connection")) == "close";
+  head.closes = head.closes || wants_close(head);
   return head;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -352,6 +353,14 @@ std::string message_about_options(const std::string& message,
          (problem.starts_with(": ") ? text.substr(0, start) + problem.substr(2) : text);
 }
 
+std::string time_limit_message(const ChildEnd& end, const ChildLimits& limits) {
+  const bool computed = end.signal == SIGXCPU;
+  return fmt::format(
+      "reading the scene took more than {} seconds{}, the limit of this server: send a smaller "
+      "scene, or raise --http-scene-seconds of parray-coordinator",
+      computed ? limits.seconds : elapsed_seconds(limits), computed ? " of processor time" : "");
+}
+
 /// A request whose parts lie in a directory.
 struct UploadReader::Received {
   fs::path files;                  ///< directory of the parts; its parent is for results
@@ -435,7 +444,7 @@ void UploadReader::run(const Received& received, std::vector<std::string> before
   ChildLimits limits = limits_.child;
   limits.seconds += more_seconds;
   const ChildEnd end = runner_.run(words, received.files, limits);
-  if (end.status != 0) fail(end, received.words);
+  if (end.status != 0) fail(end, limits, received.words);
 }
 
 /// Reads the message `submit` with that number of the present batch.
@@ -459,19 +468,12 @@ Upload UploadReader::read_job(const fs::path& made, std::size_t number) const {
   return upload;
 }
 
-void UploadReader::fail(const ChildEnd& end, const std::vector<std::string>& words) const {
-  const ChildLimits& limits = limits_.child;
+void UploadReader::fail(const ChildEnd& end, const ChildLimits& limits,
+                        const std::vector<std::string>& words) const {
   std::error_code ignored;
   constexpr std::uintmax_t too_little = 1 << 16;  // for its message
   if (end.message.empty() && fs::space(directory_, ignored).available < too_little) fail_storing();
-  if (end.timed_out) {
-    throw Problem(422,
-                  fmt::format("reading the scene took more than {} seconds, the limit of this "
-                              "server: send a smaller scene, or raise --http-scene-seconds of "
-                              "parray-coordinator",
-                              limits.seconds),
-                  2);
-  }
+  if (end.timed_out) throw Problem(422, time_limit_message(end, limits), 2);
   if (end.status == 2) throw Problem(422, message_about_options(end.message, words), 2);
   if (end.status == 1 && end.message != "out of memory" && !end.message.empty() &&
       !end.message.starts_with("libgomp")) {

@@ -53,6 +53,9 @@ std::vector<std::string> words_of_options(const std::string& options, std::strin
 std::string message_about_options(const std::string& message,
                                   const std::vector<std::string>& words);
 
+/// Returns the message about a child that reached a limit of time: which one, and what to do.
+std::string time_limit_message(const ChildEnd& end, const ChildLimits& limits);
+
 /// Reads uploaded scenes. It writes the parts to a directory of the request. A child process with
 /// limits on memory and time reads them and writes `submit` messages. This process parses only
 /// these messages and the options. Callable from any thread.
@@ -84,7 +87,8 @@ class UploadReader {
   void run(const Received& received, std::vector<std::string> before, const char* command,
            std::size_t more_seconds) const;
   Upload read_job(const std::filesystem::path& made, std::size_t number) const;
-  [[noreturn]] void fail(const ChildEnd& end, const std::vector<std::string>& words) const;
+  [[noreturn]] void fail(const ChildEnd& end, const ChildLimits& limits,
+                         const std::vector<std::string>& words) const;
 
   const ChildRunner& runner_;
   Places uploads_{"uploads", {.inside = most_uploads, .one_inside = 16}};

@@ -143,10 +143,10 @@ class JobBook {
   /// A submitted job that the job thread checks.
   struct Submitting {
     JobId listed = 0;  ///< JobRecord::listed_as()
-    std::string user;
     std::uint64_t pixels = 0;
   };
-  std::map<std::string, Submitting> submitting_;  ///< by token
+  /// By user and the name in the token.
+  std::map<std::pair<std::string, std::string>, Submitting> submitting_;
   /// Numbers of series, by user and token.
   std::map<std::pair<std::string, std::string>, JobId> series_;
   JobId next_job_ = 1;

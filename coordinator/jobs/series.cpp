@@ -124,6 +124,7 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   json summary = job_summary(*series.front(), now, waits_for);
   summary.erase("frame");
   summary.erase("error");  // each frame has its own
+  summary.erase("error_so_far");
   summary["id"] = first.series_id;
   summary["series"] = first.series;
   summary["frames"] = frames;

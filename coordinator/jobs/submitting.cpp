@@ -26,6 +26,11 @@ std::string megabytes(std::uint64_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
 }
 
+/// Returns what identifies a submitted job: two users may use the same token.
+std::pair<std::string, std::string> submit_key(const JobRecord& record) {
+  return {record.user, name_in_token(record.token)};
+}
+
 }  // namespace
 
 /// A submitted job that the job thread has checked.
@@ -51,7 +56,8 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     }
     return;
   }
-  if (submitting_.contains(token)) {
+  const std::pair key(user, token);
+  if (submitting_.contains(key)) {
     return;  // the first submit will be answered
   }
   const auto accepted = std::make_shared<Accepted>();
@@ -97,14 +103,14 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     }
     if (!record.series.empty() && record.series_id == 0) record.series_id = next_job_++;
     record.id = next_job_;
-    submitting_[token] = {record.listed_as(), user, pixel_count(record.settings)};
+    submitting_[key] = {record.listed_as(), pixel_count(record.settings)};
     make_room_for_job();
   } catch (const NoRoom& error) {
-    submitting_.erase(token);
+    submitting_.erase(key);
     farm_.send(peer, msg::Error{m.request, 2, error.what(), true});
     return;
   } catch (const InputError& error) {
-    submitting_.erase(token);
+    submitting_.erase(key);
     farm_.fail_request(peer, m.request, 2, error.what());
     return;
   }
@@ -131,7 +137,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
         job.scene = scene;
       }
     } catch (const ChecksumError&) {  // damaged in transit: the client repeats it
-      return {[this, accepted] { submitting_.erase(name_in_token(accepted->job.record.token)); }};
+      return {[this, accepted] { submitting_.erase(submit_key(accepted->job.record)); }};
     } catch (const DecodeError& error) {
       accepted->refusal = error.what();
     } catch (const InputError& error) {
@@ -153,7 +159,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
 
 void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted) {
   Job& job = accepted.job;
-  submitting_.erase(name_in_token(job.record.token));
+  submitting_.erase(submit_key(job.record));
   if (!accepted.refusal.empty()) {
     farm_.fail_request(peer, request, accepted.status, accepted.refusal);
     return;
@@ -247,9 +253,9 @@ void JobBook::check_limits(const JobRecord& record) const {
   }
   const JobIndex::Open others = farm_.index.open_of(record.user, record.listed_as());
   std::map<JobId, std::uint64_t> arriving;  // jobs that the index does not contain yet
-  for (const auto& [token, job] : submitting_) {
-    if (job.user == record.user && job.listed != record.listed_as() &&
-        farm_.index.open_pixels(job.user, job.listed) == 0) {
+  for (const auto& [key, job] : submitting_) {
+    if (key.first == record.user && job.listed != record.listed_as() &&
+        farm_.index.open_pixels(record.user, job.listed) == 0) {
       arriving[job.listed] = std::max(arriving[job.listed], job.pixels);
     }
   }
@@ -293,7 +299,7 @@ void JobBook::make_room_for_job() {
   const auto& listed = farm_.index.listed();
   if (listed.size() + submitting_.size() <= farm_.options.limits.jobs) return;
   std::size_t all = listed.size();
-  for (const auto& [token, job] : submitting_) all += listed.contains(job.listed) ? 0 : 1;
+  for (const auto& [key, job] : submitting_) all += listed.contains(job.listed) ? 0 : 1;
   if (all <= farm_.options.limits.jobs) return;
   const auto oldest = std::ranges::find_if(farm_.index.ended(), [&](JobId number) {
     return has_ended(series_of(listed.at(number)));  // a series may get more frames

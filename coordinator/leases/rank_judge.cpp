@@ -47,7 +47,7 @@ void RankJudge::compare_with_rank_0(std::uint32_t rank, std::uint64_t cell, std:
   const std::uint64_t truth = digest_by_rank_0(cell);
   const auto wrong = picture_.collector().differing({cell, cell + 1}, {truth});
   if (claim != truth) find_faulty(ranks_[rank].tracer);
-  if (!wrong.empty()) find_faulty(wrong.front().tracer);
+  if (!wrong.empty() && !self_doubt_) find_faulty(wrong.front().tracer);
 }
 
 void RankJudge::find_faulty(TracerKey tracer) {
@@ -87,7 +87,7 @@ void RankJudge::note_checks(std::uint32_t rank, const std::vector<CellRange>& we
 }
 
 void RankJudge::recheck(std::uint64_t most_cells) {
-  for (; most_cells > 0 && !rechecks_.empty(); --most_cells) {
+  for (; most_cells > 0 && !rechecks_.empty() && !self_doubt_; --most_cells) {
     CellRange& range = rechecks_.front();
     const std::uint64_t cell = range.begin++;
     if (range.count() == 0) rechecks_.pop_front();

@@ -73,7 +73,7 @@ class RankJudge {
 
   /// Returns whether rank 0 must trace cells again that only a faulty rank had checked.
   [[nodiscard]] bool has_rechecks() const { return !rechecks_.empty(); }
-  /// Traces at most `most_cells` of these cells in rank 0 and compares them.
+  /// Traces at most `most_cells` of these cells in rank 0 and compares them, until self_doubt().
   void recheck(std::uint64_t most_cells);
 
  private:

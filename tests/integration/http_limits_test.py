@@ -279,7 +279,7 @@ class Turns(unittest.TestCase):
                 ended = []
 
                 def upload():
-                    ended.append(farm.post_form(("file", "large.xyz.gz", large), **ann).status)
+                    ended.append(farm.post_form(("file", "large.xyz.gz", large), **ann))
 
                 uploads = [threading.Thread(target=upload) for _ in range(3)]
                 for thread in uploads:
@@ -291,6 +291,11 @@ class Turns(unittest.TestCase):
                 self.assertEqual(ended, [])  # ann's are still being read
                 for thread in uploads:
                     thread.join()
+                stopped = [answer.json()["detail"] for answer in ended if answer.status == 422]
+                self.assertNotEqual(stopped, [])
+                for detail in stopped:
+                    self.assertRegex(detail, "took more than (3 seconds of processor time|6 seconds), .* "
+                                             "--http-scene-seconds")
 
 
 @unittest.skipIf(os.environ.get("PARRAY_SANITIZED"), "sanitizers keep what is freed")

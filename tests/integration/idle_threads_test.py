@@ -2,10 +2,12 @@
 """Threads without work sleep instead of spinning, unless the user asks OpenMP for something else."""
 
 import os
+import pathlib
 import subprocess
+import tempfile
 import unittest
 
-from farm import BIN
+from farm import BIN, SCENES, run
 
 
 def version_text(program, **env):
@@ -31,6 +33,19 @@ class IdleThreads(unittest.TestCase):
 
     def test_a_policy_of_the_user_is_kept(self):
         self.assertEqual(self.policy("parray", OMP_WAIT_POLICY="active"), "ACTIVE")
+
+
+class Commands(unittest.TestCase):
+    @unittest.skipIf("OMP_WAIT_POLICY" in os.environ, "the caller has set a policy")
+    def test_a_command_of_the_user_inherits_no_policy_but_that_of_the_user(self):
+        for given, told in (({}, "none"), ({"OMP_WAIT_POLICY": "active"}, "active")):
+            with self.subTest(told=told), tempfile.TemporaryDirectory() as directory:
+                file = pathlib.Path(directory, "told")
+                done = run("render", SCENES / "one-weekend-20.json", "--width", 6, "--height", 4, "--spp", 1,
+                           "-o", pathlib.Path(directory, "a.png"),
+                           "--on-end", f'echo "${{OMP_WAIT_POLICY-none}}" > {file}', env=given)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(file.read_text().strip(), told)
 
 
 if __name__ == "__main__":

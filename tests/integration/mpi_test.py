@@ -100,6 +100,7 @@ class MpiCase(unittest.TestCase):
         with MpiRun(ranks, SCENE, *SIZE, *options, **more) as job:
             report = job.finish()
             self.check(report, self.expected)
+            self.assertEqual(report["isa"], self.expected["isa"])
             self.assertIn(self.expected["image_sha256"][:16], job.text())
             return report, job.text()
 

@@ -24,6 +24,12 @@ TEST_CASE("what could drive a terminal or hide in a line is escaped") {
   const std::string right_to_left{'\xE2', '\x80', '\xAE'};
   CHECK(printable(right_to_left + "txt") == "\\u202etxt");
   CHECK(printable("\xEF\xBB\xBF") == "\\ufeff");
+  const std::string arabic_mark{'\xD8', '\x9C'};
+  CHECK(printable("a" + arabic_mark + "b") == "a\\u061cb");
+  CHECK(printable("a\xE1\xA0\x8E") == "a\\u180e");          // Mongolian vowel separator
+  CHECK(printable("a\xF3\xA0\x81\x81") == "a\\U000e0041");  // tag: an invisible A
+  CHECK(printable("\xF3\xA0\x80\x80\xF3\xA0\x81\xBF") == "\\U000e0000\\U000e007f");
+  CHECK(printable("\xD8\x9B") == "\xD8\x9B");  // Arabic semicolon
 }
 
 TEST_CASE("bytes that are not UTF-8 are escaped one by one") {

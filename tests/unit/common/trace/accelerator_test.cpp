@@ -126,6 +126,8 @@ TEST_CASE("an accelerator says what it was made for, and which settings it serve
       CHECK(accelerator->precision() == precision);
       CHECK(accelerator->kind() == kind);
       CHECK(accelerator->isa() == (octree ? Isa::scalar : best_isa()));
+      CHECK(isa_for(kind, Isa::automatic) == accelerator->isa());
+      CHECK(isa_for(kind, Isa::scalar) == Isa::scalar);
       CHECK(accelerator->bytes() > 0);
       settings.precision = precision;
       settings.accelerator = kind;

@@ -57,6 +57,17 @@ TEST_CASE("parse_head reads method, target, fields and the length of the body") 
   CHECK(parse_head("GET / HTTP/1.0\r\n\r\n").closes);
 }
 
+TEST_CASE("parse_head finds the option close in every field Connection") {
+  const auto closes = [](const std::string& fields) {
+    return parse_head("GET / HTTP/1.1\r\n" + fields + "\r\n\r\n").closes;
+  };
+  CHECK(closes("Connection: close, TE"));
+  CHECK(closes("Connection: TE ,\tClose"));
+  CHECK(closes("Connection: keep-alive\r\nConnection: close"));
+  CHECK_FALSE(closes("Connection: closed, not-close"));
+  CHECK_FALSE(closes("Close: close"));
+}
+
 TEST_CASE("parse_head refuses ambiguous heads") {
   const std::string post = "POST / HTTP/1.1\r\n";
   for (const char* field :

@@ -7,6 +7,7 @@
 #include "common/base/error.h"
 #include "tests/support/farm_rig.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_scenes.h"
 
 namespace parray {
 namespace {
@@ -38,6 +39,23 @@ TEST_CASE("a cancelled job can be queued again; only an ended job can be forgott
   CHECK(rig.farm.index.open().empty());
   rig.jobs.forget_job(5, "in a test");
   CHECK(rig.farm.job_of(5) == nullptr);
+}
+
+TEST_CASE("two users who submit the same token at once get a job each") {
+  FarmRig rig;
+  for (const std::string user : {"ann", "bob", "ann"}) {
+    rig.farm.sender = {Role::client, user};
+    msg::Submit submit;
+    submit.request = 1;
+    submit.token = "token";
+    submit.name = "scene";
+    submit.settings = test::small_settings(test::small_scene());
+    submit.scene = ScenePayload(std::make_shared<const Scene>(test::small_scene()));
+    rig.jobs.on(rig.farm.now, "client of " + user, submit);
+  }
+  rig.job_thread.run_finished();
+  CHECK(rig.sent<msg::Submitted>().size() == 2);  // a repeated submit has one answer
+  CHECK(rig.farm.jobs.size() == 2);
 }
 
 TEST_CASE("without a store, pictures of cancelled jobs are dropped before those of done jobs") {

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -89,6 +90,18 @@ TEST_CASE("the list of frames states what each took and its error") {
   CHECK(list[1].at("seconds").is_null());
   CHECK(list[1].at("rmse").is_null());
   CHECK(list[1].at("has_picture") == false);
+}
+
+TEST_CASE("a series has no error of its first frame, neither a final nor a partial one") {
+  SeriesRig rig;
+  Job& first = rig.farm.jobs.at(11);
+  first.work = std::make_unique<JobWork>();
+  first.work->error_so_far.share = 0.5;
+  CHECK(job_summary(first, rig.farm.now, "").contains("error_so_far"));
+  CHECK_FALSE(series_summary(rig.series(), rig.farm.now, "").contains("error_so_far"));
+  first.error.rmse = 0.25;
+  CHECK(job_summary(first, rig.farm.now, "").contains("error"));
+  CHECK_FALSE(series_summary(rig.series(), rig.farm.now, "").contains("error"));
 }
 
 TEST_CASE("a frame that was queued again has no end, and the time of its series goes on") {

@@ -244,6 +244,33 @@ TEST_CASE("if rank 0 contradicts its own bits, it decides nothing and its cells 
   CHECK(rig.judge.verdicts().size() == 1);
 }
 
+TEST_CASE("rank 0 blames no other rank for a cell for which it contradicts its own bits") {
+  Rig rig;
+  rig.put(1, {0, 5});
+  rig.rank_0_lies = true;
+  rig.put(0, {0, 3});
+  CHECK_FALSE(rig.judge.self_doubt());  // equal bits are not traced again
+  rig.lie(0, {3, 5});
+  CHECK(rig.judge.self_doubt());
+  CHECK(rig.judge.verdicts().size() == 1);
+  CHECK_FALSE(rig.judge.left_out(1));
+}
+
+TEST_CASE("rank 0 checks no more cells of other ranks after it contradicts its own bits") {
+  Rig rig;
+  rig.lie(0, {0, 1});
+  rig.lie(1, {1, 5});
+  rig.lie(2, {0, 1});
+  rig.lie(2, {1, 5});
+  rig.put(3, {5, rig.cells});
+  CHECK(rig.judge.verdicts().empty());
+  rig.lie(2, {5, 9});  // then rank 0 traces again what only rank 2 had checked, from cell 0 on
+  CHECK(rig.judge.self_doubt());
+  CHECK(rig.judge.verdicts().size() == 2);
+  CHECK(rig.judge.left_out(2));
+  CHECK_FALSE(rig.judge.left_out(1));
+}
+
 TEST_CASE("a wrong result of rank 0 for cells of another rank is found") {
   Rig rig;
   rig.put(0, {0, 5});

@@ -1,0 +1,41 @@
+#include "common/process/command_line.h"
+
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <string>
+
+#include "tests/support/message_of.h"
+#include "tests/support/rooms.h"
+
+namespace parray::test {
+namespace {
+
+struct Numbers {
+  double real = 1;
+  int whole = 1;
+  std::size_t size = 1;
+};
+
+/// Returns the message about the options, or "no error".
+std::string message_about(const std::string& options) {
+  Numbers numbers;
+  CommandLine line;
+  line.number("--real", numbers.real, 0.1, 1e6, "");
+  line.number("--whole", numbers.whole, -5, 1000000, "");
+  line.number("--size", numbers.size, 2, 9, "");
+  return message_of<UsageError>([&] { line.parse(options); });
+}
+
+}  // namespace
+
+TEST_CASE("a number outside its range is refused with the range in plain digits") {
+  CHECK(message_about("--real 0") == "--real: Value 0 not in range 0.1 to 1000000");
+  CHECK(message_about("--real 1x") == "--real: Value 1x not in range 0.1 to 1000000");
+  CHECK(message_about("--real nan") == "--real: Value nan not in range 0.1 to 1000000");
+  CHECK(message_about("--whole=-6") == "--whole: Value -6 not in range -5 to 1000000");
+  CHECK(message_about("--size=-1") == "--size: Value -1 not in range 2 to 9");
+  CHECK(message_about("--real 0.1 --whole=-5 --size 9") == "no error");
+}
+
+}  // namespace parray::test
