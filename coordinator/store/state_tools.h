@@ -18,12 +18,15 @@ namespace parray::store {
 /// RunError if there is no room for a temporary copy of the database.
 std::vector<std::string> find_damage(const std::filesystem::path& directory);
 
-/// Repairs the state: rebuilds the database from its copies, keeps the undamaged results at the
-/// beginning of each log, and marks jobs as failed if their picture is damaged. Unfinished jobs
-/// fail also if their scene is damaged; finished ones only lose denoising and labels. Moves damaged
-/// files except scenes to lost/, and also directories or pipes in the place of a file. Returns one
-/// line for each damage, loss and repair; none: there was no damage. `now`: seconds since 1970.
-/// Throws what find_damage() throws, and RunError if it cannot write.
+/// Repairs a damaged state; changes nothing if there is no damage. Rebuilds the database from its
+/// undamaged content and from its copies. Keeps the undamaged results at the beginning of each log.
+/// Jobs fail if their picture is damaged. Jobs that are not done fail also if their scene is
+/// damaged; those that are done only lose denoising and labels.
+///
+/// Moves to lost/ the former database, damaged files except scenes, the directories of lost jobs,
+/// and directories or pipes in the place of a file. Returns one line for each damage, loss and
+/// repair; none: there was no damage. `now`: seconds since 1970, for the events of jobs that
+/// change. Throws what find_damage() throws, and RunError if it cannot write.
 std::vector<std::string> repair_state(const std::filesystem::path& directory, double now);
 
 /// Copies a state to a directory that is empty or does not exist. A coordinator may be serving the
