@@ -20,25 +20,27 @@ namespace parray::http {
 /// Returns whether the job of this job map is done, failed or cancelled.
 bool has_ended(const nlohmann::json& job);
 
-/// Sends changes of jobs and workers to listeners. One thread polls the coordinator's loop about
-/// once per second, or more rarely, so that it uses at most about 2 % of the loop's time. New
-/// listeners cause up to four polls per second. Without listeners it does not poll. Callable from
-/// any thread.
+/// Sends changes of jobs and workers to listeners: to the streams of listen() and to the callers of
+/// await_end(). One thread polls the coordinator's loop about once per second, or more rarely, so
+/// that it uses at most about 2 % of the loop's time. New listeners cause up to four polls per
+/// second. Without listeners the thread does not poll. Callable from any thread.
 class Events {
  public:
-  /// `loop` must outlive this object. `most_streams`: limit of listeners (listen()), and also limit
-  /// of clients that wait (await_end()). Each of these keeps a thread busy. `between_polls`: rest
-  /// after a poll, unless a listener joins.
+  /// `loop` must outlive this object. `most_streams`: limit of streams, and also limit of calls of
+  /// await_end() at the same time. Each of these keeps a thread busy. `between_polls`: rest after a
+  /// poll, unless a listener joins.
   Events(LoopClient& loop, std::size_t most_streams, Time between_polls = seconds(1));
   ~Events();
   Events& operator=(Events&&) = delete;
 
   /// Returns a stream of all events, or of one job's events until that job has ended or is deleted.
-  /// Throws Problem 503 if too many clients listen, or after stop().
+  /// The stream also ends if its client reads too slowly; the client may then open a new one.
+  /// Throws Problem 503 if there are too many streams, or after stop().
   std::shared_ptr<BodyStream> listen(std::optional<JobId> job);
-  /// Waits until the job has ended or was deleted, or until stop(), but at most for `patience`.
-  /// `owner`: the waiting user or address (owner_of()), which gets at most three quarters of the
-  /// waits. Throws Problem 503 if too many clients wait.
+  /// Waits until the job has ended or was deleted, but at most for `patience`. Returns at once if
+  /// stop() was called, or as soon as it is called. `owner`: the waiting user or address
+  /// (owner_of()), which may wait in at most three quarters of `most_streams` calls. Throws Problem
+  /// 503 if too many clients wait, or if the owner waits in too many calls.
   void await_end(JobId job, const std::string& owner, Time patience);
   /// Makes the next poll announce that a job was deleted. Does nothing without listeners.
   void forgotten(JobId job);
