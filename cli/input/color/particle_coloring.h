@@ -25,9 +25,10 @@ inline constexpr std::array<std::string_view, 3> number_scale_words{"linear", "l
 /// What the colours of particles mean. By default, they mean nothing.
 struct ParticleColoring {
   std::string by;                 ///< one of color_by_words, or the name of a number; empty: none
-  std::optional<ColorMap> map{};  ///< colour map for numbers; not given: viridis
+  std::optional<ColorMap> map{};  ///< for a linear or logarithmic scale; not given: viridis
   /// Numbers at the ends of the map. A percentage is a percentile of the known numbers of all
-  /// shown particles. An open end is the least or largest of these numbers.
+  /// shown particles. An open end is the least or largest of these numbers. If both ends are open,
+  /// they may be symmetric about 0: see colors_of().
   TextRange range{};
   std::optional<NumberScale> scale{};  ///< not given: linear
   /// Categories, by their names in legends, that take part in the choice of colours even if no
@@ -55,7 +56,7 @@ std::string text_of(const std::optional<NumberScale>& scale);
 
 /// A contradiction between the members.
 struct ColoringProblem {
-  std::string key;   ///< the wrong member's key in a scene file: "colormap", "range"
+  std::string key;   ///< the wrong member's key in a scene file, such as "colormap"
   std::string text;  ///< problem and remedy, to follow the key in a message
 };
 /// Returns the first contradiction. Returns nothing if the members agree.

@@ -5,9 +5,10 @@
 
 namespace parray::input {
 
-/// Visits the members of the sections `image` and `render`: settings, as settings_fields.h
-/// describes them, and `transparent`. The traits `image` and `render` tell to which section a
-/// member belongs. Settings with neither trait are in no section.
+/// Calls the visitor `f` for the settings of a picture and for `transparent`. The visitor is that
+/// of settings_fields.h. The traits `image` and `render` tell to which section of a scene file a
+/// member belongs. Members with neither trait are in no section: the visitor must skip them.
+/// `transparent`: a boolean, or nothing.
 template <typename F, typename S, typename... T>
 void image_fields(F&& f, S& settings, T&... transparent) {
   stop_fields(f, settings);
