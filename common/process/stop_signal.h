@@ -25,12 +25,13 @@ inline constexpr int interrupted_status = 130;
 void stop_at_signals();
 
 /// For services, which poll interrupt_noted() in their loop. SIGINT and SIGTERM are only noted;
-/// the second signal of the same kind ends the process at once.
+/// the second signal of the same kind ends the process at once. Does not change what SIGHUP does.
 void note_signals();
 
-/// While an object exists, the signals of stop_at_signals() do not end the program. They are only
-/// noted, because the current operation must clean up or report something. The owner of the object
-/// calls check_interrupted() several times a second. Objects must not be nested.
+/// While an object exists, the signals of stop_at_signals() do not end the program, however often
+/// they arrive. They are only noted, because the current operation must clean up or report
+/// something. The owner of the object calls check_interrupted() several times a second. After the
+/// destructor, only new signals end the program. Objects must not be nested.
 class DeferredInterrupts {
  public:
   DeferredInterrupts();
