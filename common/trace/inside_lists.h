@@ -25,7 +25,8 @@ class InsideLists {
   PARRAY_INLINE std::uint32_t shape(std::uint32_t link) const { return links_[link].shape; }
   /// Returns the link after `link`; `none` after the last one.
   PARRAY_INLINE std::uint32_t next(std::uint32_t link) const { return links_[link].next; }
-  /// Returns next() for lanes of links. At least one list must have had a link.
+  /// Returns next() for lanes of links. No lane may be `none`; a lane that does not matter may be
+  /// 0. At least one list must have had a link.
   template <typename Uint>
   PARRAY_INLINE Uint next(const Uint& link) const {
     static_assert(sizeof(Link) == 2 * sizeof(std::uint32_t));

@@ -77,9 +77,9 @@ inline constexpr std::uint32_t many_steady_samples = 64;
 
 /// Traces the features of a picture. `tracer` is the tracer of the picture, made from `scene` and
 /// `settings`. `samples`: the number of samples of the pixel that has the fewest; it must be at
-/// least 2. The result is the same for any number of threads. Calls `between_bands`, if set, in the
-/// calling thread before each band of rows, several times a second. If `between_bands` throws, the
-/// function stops and rethrows the exception.
+/// least 2. `threads`: at least 1; the result is the same for any number. Calls `between_bands`, if
+/// set, in the calling thread before each band of rows, several times a second. If `between_bands`
+/// throws, the function stops and rethrows the exception.
 Features trace_features(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands = {});
