@@ -9,7 +9,8 @@
 namespace parray::input {
 
 /// A bond between two atoms, by their indices. `image` is the number of cell edges to add to the
-/// position of `to`, so that it lies beside `from`.
+/// position of `to`, so that it lies beside `from`. In a small cell, `from` and `to` can be the
+/// same atom, and two atoms can have several bonds with different images.
 struct PeriodicBond {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
@@ -24,10 +25,10 @@ double angstrom_of(const Particles& particles);
 /// bond if their distance is at most the sum of their covalent radii and 0.4 angstrom: Meng and
 /// Lewis, J. Comput. Chem. 12 (1991) 891. Atoms of unknown elements, is_ionic() elements and pairs
 /// of hydrogen do not bond. Returns none without a column of elements. Takes time in proportion to
-/// the atoms. Returns the same bonds in the same order for the same particles.
+/// the atoms. Returns each bond once, and the same bonds in the same order for the same particles.
 ///
-/// Throws InputError, which names no place, if the atoms are so close that their unit cannot be
-/// right.
+/// Throws InputError, which names no place, if atoms or opposite faces of the cell are so close
+/// that their unit cannot be right.
 std::vector<PeriodicBond> covalent_bonds(const Particles& particles);
 
 }  // namespace parray::input

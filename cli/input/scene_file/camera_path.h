@@ -15,12 +15,14 @@ namespace parray::input {
 /// look_from and look_at follow a Catmull-Rom spline for keys at any distance. The tangent at a key
 /// is the difference of its neighbours divided by their distance in frames; it is one-sided at the
 /// ends. vfov or view_height, aperture and focus_distance are interpolated linearly, so they stay
-/// in their ranges. up is interpolated linearly and normalised. If neither of two keys has a
-/// focus_distance, look_at is in focus. All keys have the same projection.
+/// in their ranges. up is interpolated linearly and normalised. The focus_distance of a key without
+/// one is the distance to its look_at. Between two such keys, the interpolated look_at is in focus.
+/// All keys have the same projection.
 class CameraPath {
  public:
   /// Reads { "cameras": [ { "frame": N, and the keys of a scene's camera }, ... ] } with ascending
   /// frames and at least one camera. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
+  /// LINE and pointer are missing if the file cannot be read.
   explicit CameraPath(const std::filesystem::path& file);
 
   /// Returns the camera at a frame. Throws InputError outside the path, and if the interpolated

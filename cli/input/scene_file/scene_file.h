@@ -75,6 +75,7 @@ struct SceneFile {
 /// errors. Removes spheres with the centre and radius of an earlier one, so that every command and
 /// the scene's identity use the same scene. Never stores the spheres as JSON. The result is the
 /// same for any number of threads. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
+/// LINE and pointer are missing if the file cannot be read.
 SceneFile read_scene_file(const std::filesystem::path& path, int threads = 1);
 
 /// Does the same for an open file.
