@@ -22,10 +22,11 @@ class JobIndex {
   /// The jobs that clients see under one number, by frame number: a series or a single job.
   using Frames = std::map<std::pair<std::uint32_t, JobId>, Job*>;
 
-  /// Adds a job. Its user, token, series, frame and size must not change afterwards.
+  /// Adds a job, which may have ended. Its user, token, series, frame and size must not change
+  /// afterwards.
   void add(Job& job);
   void remove(const Job& job);
-  /// Notes that the job has ended, or that it is queued again.
+  /// Notes that the job has ended, or that it is queued again. A second call changes nothing.
   void note_ended(const Job& job);
   void note_open(const Job& job);
 
@@ -49,7 +50,7 @@ class JobIndex {
     std::size_t jobs = 0;
     std::uint64_t pixels = 0;
   };
-  /// Counts a user's unfinished jobs, without those listed under `but`.
+  /// Counts a user's unfinished jobs, except those with the number `but` in listed(). 0: all count.
   [[nodiscard]] Open open_of(const std::string& user, JobId but) const;
   /// Returns the pixels of the largest frame under a number with unfinished frames. 0: it has none.
   [[nodiscard]] std::uint64_t open_pixels(const std::string& user, JobId number) const;

@@ -40,8 +40,10 @@ class ClientRequests {
   void on(Time now, const PeerId& peer, msg::ShowWorker& m);
   void on(Time now, const PeerId& peer, msg::ShowFarm& m);
   void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
-  /// Change jobs. A client repeats a request whose answer was lost: it gets the first answer again,
-  /// and the jobs do not change a second time.
+  /// Change jobs. The answer follows when the store has committed the changes. A client repeats a
+  /// request whose answer was lost. If that is the latest such request of its peer, the client gets
+  /// the first answer again, and the jobs do not change a second time. This holds for the latest 32
+  /// peers.
   void on(Time now, const PeerId& peer, msg::SteerJob& m);
   void on(Time now, const PeerId& peer, msg::SteerJobs& m);
 
