@@ -43,7 +43,8 @@ std::string left_cell(const JobStatus& job);
 /// Returns "" if the job is not in the queue.
 std::string queue_cell(const JobStatus& job);
 /// Returns the RMSE of a job that has ended, "0.0098", or "" if it is unknown. For another job,
-/// returns target_text(): "error 0.021 of 0.01", or "" without a target.
+/// returns target_text(): "error 0.021 of 0.01", or "" without a target and while the error is
+/// unknown.
 std::string error_cell(const JobStatus& job);
 
 /// Returns the limit of samples per pixel of a job. Without a limit, returns the mean number of

@@ -11,13 +11,14 @@ namespace parray::output {
 
 enum class ProgressStyle {
   none,
-  lines,  ///< a line every 10 s, and the last one: for logs
+  lines,  ///< a line every 10 s, and one when the job has ended: for logs
   bar,    ///< one line, redrawn at most five times a second
   json    ///< for programs: a line of progress_json() at most five times a second
 };
 
-/// Returns `none` if `quiet`, otherwise the style for `wanted`: "bar", "lines" or "json". Empty: a
-/// bar on a terminal that can return to the start of a line, otherwise lines.
+/// Returns `none` if `quiet`, otherwise the style for `wanted`: "bar", "lines" or "json". For any
+/// other text, returns `bar` if stderr is a terminal that can return to the start of a line,
+/// otherwise `lines`.
 ProgressStyle progress_style(bool quiet, std::string_view wanted = {});
 
 /// Returns the number of columns of the terminal of stderr. Returns 80 if it is unknown.

@@ -9,12 +9,12 @@
 namespace parray::plan {
 
 /// Predicts the time of passes on a farm from their time on this machine. Without workers, the farm
-/// is this machine.
+/// is this machine, and its time is that of this machine.
 class FarmModel {
  public:
   FarmModel() = default;
   /// `speeds`: samples per second of each worker, divided by those of this machine with `threads`
-  /// threads; all > 0. Each worker has `threads` threads. The coordinator runs on this machine.
+  /// threads; all > 0. Each worker has `threads` threads. `settings`: those of the picture.
   FarmModel(const RenderSettings& settings, std::vector<double> speeds, std::uint32_t threads);
 
   /// Returns whether the farm is this machine.
@@ -23,8 +23,8 @@ class FarmModel {
 
   /// Returns the farm's seconds for tracing that takes `wall` seconds here, in `passes` equal
   /// passes with `samples` per pixel in total. Replays the coordinator's lease rules in virtual
-  /// time (cli/check/audit/replay.h), with the same cost for every cell. Leaves out the network and
-  /// the scene's transfer.
+  /// time (cli/check/audit/replay.h), with the same cost for every cell. Leaves out the network,
+  /// the scene's transfer and the coordinator's own work.
   [[nodiscard]] double seconds(double wall, double samples, int passes) const;
 
  private:
