@@ -106,7 +106,8 @@ void declare_limits(CommandLine& line, Arguments& a) {
   Limits& limits = a.options.limits;
   line.section("Limits");
   number(line, "--max-jobs", limits.jobs, 1, 1000000,
-         "Maximum number of jobs; a new job replaces the oldest that has ended");
+         "Maximum number of jobs; a series counts as one. At the maximum, a new job deletes the "
+         "oldest ended job with its picture, and is refused if none has ended");
   number(line, "--max-user-jobs", limits.user_jobs, 1, 1000000,
          "Maximum number of unfinished jobs of one user");
   number(line, "--max-pixels", limits.pixels, 1, limits::max_pixels,
@@ -114,7 +115,8 @@ void declare_limits(CommandLine& line, Arguments& a) {
   number(line, "--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
          "Maximum number of pixels of all unfinished jobs of one user");
   number(line, "--max-disk", a.disk_gib, 0.001, 1e6,
-         "Maximum GiB below --state; jobs that have ended make room, the oldest first");
+         "Maximum GiB below --state. Above it, ended jobs are deleted with their pictures, the "
+         "oldest first; if that is not enough, new jobs are refused");
   number(line, "--max-user-disk", a.user_disk_gib, 0.001, 1e6,
          "Maximum GiB of one user below --state");
   number(line, "--keep-days", a.keep_days, 0.0001, 1e5,

@@ -228,7 +228,8 @@ void add_member_key(const fs::path& directory, Role role, const std::string& nam
   std::vector<Member> members = read_members(allowed_file(directory));
   if (std::ranges::any_of(members, [&](const Member& m) { return m.name == name; })) {
     throw InputError("a key named '" + name +
-                     "' already exists: remove it first, or use another name");
+                     "' already exists: use another name, or first remove the key with --remove " +
+                     name);
   }
   members.push_back(make_member(directory, coordinator.open, role, name));
   members.back().share = share;

@@ -44,7 +44,8 @@ std::vector<JournalEntry> entries_of(const Client::JobJournal& journal, std::uin
   try {
     return read_journal(journal.journal);
   } catch (const DecodeError& error) {
-    throw RunError("the journal of job " + std::to_string(job) + " is damaged: " + error.what());
+    throw RunError("the journal of job " + std::to_string(job) + " is damaged (" + error.what() +
+                   "): submit the scene again for a new journal");
   }
 }
 
@@ -144,7 +145,7 @@ void add_journal_commands(CommandLine& line, Action& chosen) {
               "works also during the render", audit);
   add_command(line, chosen, "replay",
               "Predict a job's time with other schedules or more workers, from its recorded costs",
-              "compares all schedules, with 1 to 16 times the workers", replay);
+              "compares all schedules, with 1, 2, 4, 8 and 16 times the job's workers", replay);
 }
 
 }  // namespace parray::commands

@@ -20,8 +20,9 @@ namespace fs = std::filesystem;
 /// Throws InputError if the options of a file of particles name a file in another folder.
 void check_topology_beside(const ParticleSource& given) {
   if (fs::path(given.topology).filename() == given.topology) return;
-  throw InputError("--topology: '" + printable(given.topology) +
-                   "' is a path: send the file beside the particles and write its name alone");
+  throw InputError(
+      "--topology: '" + printable(given.topology) +
+      "' is a path: send the file as a part of the same form, and write only its name");
 }
 
 /// Completes a scene whose particles were added after its file was read: removes their duplicates,
@@ -79,9 +80,10 @@ void check_beside(const SceneFile& scene, const std::string& file) {
   for (const ParticleSource& source : scene.particles) {
     for (const std::string& named : {source.file, source.topology}) {
       if (fs::path(named).filename() == named) continue;
-      throw InputError(printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
-                       printable(named) +
-                       "' is a path: send the file beside the scene and write its name alone");
+      throw InputError(
+          printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
+          printable(named) +
+          "' is a path: send the file as a part of the same form, and write only its name");
     }
   }
 }

@@ -81,7 +81,7 @@ void ParticleOptions::check_unused(const std::string& file) const {
   throw InputError(
       given.substr(1) + ": " + printable(file, 4096) +
       " is not a particle file but a scene: leave out the options or, if the scene has a section "
-      "\"particles\", change that");
+      "\"particles\", write them there");
 }
 
 ParticleSource ParticleOptions::source() const {

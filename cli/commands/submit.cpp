@@ -113,8 +113,9 @@ void add_submit(CommandLine& line, Action& chosen) {
                 refuse_preview(options->following);
               },
               "Submit a series of frames as one job. The numbers replace #### in the scene's name, "
-              "or are frames of --camera-path, or of the trajectory that the scene names. The same "
-              "command continues a series. Write pictures with -o name-####.exr")
+              "and are frames of --camera-path. With neither, they are frames of the trajectory "
+              "that the scene names (the first is 0). The same command again submits the frames "
+              "that are still missing. With --wait, -o name-####.exr writes the pictures")
           .type_name("FIRST-LAST[:STEP]")
           .group(frames_group);
   add_file(command, "--camera-path", options->camera_path,

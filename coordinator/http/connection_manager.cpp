@@ -132,8 +132,7 @@ void ConnectionManager::accept_all(Time now) {
       if (exhausted) {
         callbacks_.warn(
             "HTTP: new connections wait: no file descriptors or memory are left: raise ulimit -n, "
-            "or lower "
-            "--http-connections");
+            "or lower --http-connections");
         listen(false);  // until the next sweep
       }
       return;

@@ -159,7 +159,10 @@ class HttpService::Impl {
           "uploaded scenes: {}",
           printable(end.message, 500));
     } catch (const RunError& error) {
-      log_->debug("HTTP: checking whether child processes are confined failed: {}", error.what());
+      log_->debug(
+          "HTTP: the check whether the process that reads uploaded scenes is confined did not "
+          "complete: {}",
+          error.what());
     }
   }
 

@@ -125,7 +125,7 @@ void add_queue(Text& text, const json& farm) {
   text.by("state", "parray_jobs_ended_total", "counter", "Jobs that ended, by state",
           since_start.at("jobs_ended"));
   text.single("parray_workers_lost_total", "counter",
-              "Workers that disappeared without goodbye: crashed, killed or unreachable",
+              "Workers that disappeared without goodbye: crashed, killed, unreachable or restarted",
               since_start.at("workers_lost").get<double>());
 }
 

@@ -203,7 +203,8 @@ PictureCache::File PictureCache::make_map(const Sender& sender, JobId job, Kind 
                         : kind == Kind::worker_numbers ? bytes_of(map.tracer)
                                                        : std::string_view(names));
   } catch (const DecodeError& error) {
-    throw RunError("the journal of job " + std::to_string(job) + " is damaged: " + error.what());
+    throw RunError("the journal of job " + std::to_string(job) + " is damaged (" + error.what() +
+                   "): submit the scene again for a new journal");
   }
   return picture;
 }

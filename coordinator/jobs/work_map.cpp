@@ -34,7 +34,7 @@ class Mapper {
     const auto worker = workers_.find(e.tracer);
     if (grid == grids_.end()) return;
     if (worker == workers_.end() || e.range.end > grid->second.cells()) {
-      throw DecodeError("journal: a lease with unknown cells or an unknown worker");
+      throw DecodeError("journal: a lease of an unknown worker, or with cells that its pass lacks");
     }
     const std::vector<Cell> cells = grid->second.cells_of(e.range);
     double samples = 0;

@@ -89,15 +89,16 @@ class Rebuilder {
     } else if (copy != nullptr && is_record(id, copy->record)) {
       take_copy(id, row, *copy);
     } else if (row != nullptr && row->record) {
-      report("lost: " + job_name(id) + ": its record is damaged, and there is no undamaged copy");
+      report("lost: " + job_name(id) +
+             ": its record is damaged, and there is no undamaged copy: submit it again");
       files_.move_to_lost(files_.job(id), uptime_);
     } else if (!job.problem.empty()) {
       report("lost: " + job_name(id) + ": jobs/" + std::to_string(id) + "/job.json is damaged (" +
-             job.problem + "), and the database does not have the job");
+             job.problem + "), and the database does not have the job: submit it again");
       files_.move_to_lost(files_.job(id), uptime_);
     } else if (!trusts_database_ && !job.next) {
       report("lost: " + job_name(id) + ": jobs/" + std::to_string(id) +
-             " has no job.json, and the database does not have the job");
+             " has no job.json, and the database does not have the job: submit it again");
       files_.move_to_lost(files_.job(id), uptime_);
     }
   }
@@ -218,8 +219,8 @@ class Rebuilder {
     for (const auto& [id, row] : records_.jobs) {
       if (row.rows && row.record && record_from_json(id, *row.record).state != JobState::done) {
         report(job_name(id) + " keeps " + std::to_string(row.rows->bytes) +
-               " bytes of results: with this database nobody can tell whether that is all. What is "
-               "missing is traced again if the job is unfinished or queued again");
+               " bytes of results. The database does not show whether results are missing. Missing "
+               "results are traced again if the job is unfinished or queued again");
       }
     }
   }

@@ -135,7 +135,7 @@ class Particles(SubmitCase):
                     (water, {"color_by": "vz"}, "", "color_by"),
                     (water, {"view": "abve"}, "options: /view: ", ""),
                     (water, {"spp": 0}, "options: /spp: '0' is not a whole number", ""),
-                    (water, {"topology": "/etc/passwd"}, "options: /topology: '/etc/passwd' is a path", "its name alone"),
+                    (water, {"topology": "/etc/passwd"}, "options: /topology: '/etc/passwd' is a path", "write only its name"),
                     (water, {"topology": "../x.pdb"}, "options: /topology: '../x.pdb' is a path", ""),
                     (water, {"help": True}, "options: /help: unknown option", ""),
                     (water, {"first": 3}, "options: /first: unknown option", ""),

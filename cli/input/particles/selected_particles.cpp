@@ -106,11 +106,12 @@ ParticleArrows arrows_to_draw(const ParticleSource& source, Particles& particles
     for (const NumberColumn& column : numbers) {
       names += (names.empty() ? "" : ", ") + printable(column.name);
     }
-    throw SourceError(
-        "arrows",
-        "the file has no vectors '" + printable(source.arrows) +
-            (numbers.size() < 3 ? "': leave it out"
-                                : "': leave it out, or name three of its numbers: " + names));
+    throw SourceError("arrows",
+                      "the file has no vectors '" + printable(source.arrows) +
+                          (numbers.size() < 3 ? "': leave out \"arrows\""
+                                              : "': leave out \"arrows\", or name three columns of "
+                                                "the file, separated by commas: " +
+                                                    names));
   }
 }
 

@@ -296,9 +296,10 @@ std::string text_of(const TradeoffResults& results) {
   text += "Pareto-optimal settings (nothing measured was both faster and as accurate):\n\n" +
           front_text(results);
   text +=
-      "\nRMSE: of linear radiance. noise, depth, precision: its parts, measured separately.\n"
-      "predicted: root of the sum of their squares, divided by the RMSE. PNG: with the error of 8 "
-      "bits.\n\n";
+      "\nRMSE: of linear radiance. noise, depth, precision: parts of the RMSE, measured "
+      "separately.\n"
+      "predicted: root of the sum of the squares of these parts, divided by the RMSE.\n"
+      "RMSE PNG, and predicted after it: the same with the error of 8-bit files.\n\n";
   text += convergence_text(results) + "\n" + calibration_text(results);
   text += "\nModelled, not measured: seconds for a picture of " +
           std::to_string(results.scene->width) + " x " + std::to_string(results.scene->height) +

@@ -225,8 +225,8 @@ TEST_CASE("bonds, arrows and cells that a file lacks are refused in one line") {
                           "bonds": "file"})")
             .starts_with("bonds: the file states no bonds of these particles: use auto or off"));
   CHECK(files.refusal(R"({"file": "moving.xyz", "arrows": "force"})") ==
-        "arrows: the file has no vectors 'force': leave it out, or name three of its numbers: "
-        "velo, velo_x, velo_y, velo_z, charge");
+        "arrows: the file has no vectors 'force': leave out \"arrows\", or name three columns of "
+        "the file, separated by commas: velo, velo_x, velo_y, velo_z, charge");
   CHECK(files.refusal(R"({"file": "water.sdf", "solid_cell": true})") ==
         "solid_cell: the file has no box and no cell: leave it out");
   CHECK(files.refusal(R"({"file": "moving.xyz", "arrow_scale": 2})") ==
