@@ -174,7 +174,7 @@ TEST_CASE("a rank's heartbeat shows its samples and its team's state, four times
 
 TEST_CASE("a report contains the work of the rank") {
   Rig rig(medium(), 2, weighted);
-  rig.rank(1).report({6000, 2, Time(2000), Time(4000), 6e-3, 0.5, 1234, "avx2"});
+  rig.rank(1).report({6000, 2, Time(2000), Time(4000), 6e-3, 0.5, 1234});
   const auto value = [&](WindowLayout::RankWord word) {
     return rig.window.load(WindowLayout::rank_word(1, word));
   };
