@@ -1,5 +1,6 @@
 #include "proto/inproc_link.h"
 
+#include <condition_variable>
 #include <deque>
 #include <utility>
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <limits>
+#include <vector>
 
 #include "common/base/aligned_array.h"
 #include "common/base/bands.h"
