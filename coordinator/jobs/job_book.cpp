@@ -200,7 +200,7 @@ void JobBook::trace_prepared(Job& job, Prepared& prepared) {
     work.leases->want_check({range, 0, {tracer}});  // place_orphans() finds a machine
   }
   if (!prepared.complete) {
-    end_pass_if_done(job);  // only checks may remain: no result would call this
+    end_pass_if_done(job);       // only checks may remain: no result would call this
   } else if (work.tasks == 0) {  // else disputes_.note_retracted() finishes it
     finish_job(job);
   }
