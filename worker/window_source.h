@@ -82,8 +82,8 @@ class WindowSource final : public LeaseSource {
   /// Writes one of this rank's words. After a heartbeat it also reads whether rank 0 stops this
   /// rank.
   void publish(WindowLayout::RankWord word, std::uint64_t value);
-  /// Writes the log entry of `cells`, whose records are in the window. `digest`: range_digest() of
-  /// the records. put() calls it.
+  /// Writes the log entry of `cells`. Their records must be in the window; `digest` is their
+  /// range_digest(). put() calls this function.
   void log(const CellRange& cells, std::uint64_t digest);
 
  private:

@@ -57,7 +57,8 @@ Option add_file(Command& command, const std::string& names, std::string& target,
 /// Declares the argument for the scene: a scene file or a file of particles.
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 
-/// Parses a finite number in `range`, whose ends are allowed. Throws InputError for other texts.
+/// Parses a finite number in `range`. The ends of the range are allowed. Throws InputError for
+/// other texts.
 double real_number(std::string_view text, NumberRange range);
 
 /// Declares an option whose value is a finite number in `range`.

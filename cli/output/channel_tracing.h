@@ -38,8 +38,8 @@ Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands = {});
 
-/// Does the same for the pixels `pixels`. Each run has one pixel. The values of each channel are in
-/// the order of the runs.
+/// Traces the same channels for some pixels only. Each run in `pixels` has one pixel. The values of
+/// each channel are in the order of the runs.
 Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted,
                         std::span<const PixelRun> pixels, int threads);

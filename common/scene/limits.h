@@ -16,7 +16,7 @@ inline constexpr std::size_t max_passes = 1000;                ///< in StopSetti
 inline constexpr std::uint64_t max_shapes = 100'000'000;       ///< spheres and capsules of a scene
 inline constexpr std::uint64_t max_materials = 1U << 24;       ///< of a scene
 inline constexpr std::uint64_t max_particle_files = 1U << 16;  ///< that a scene file names
-/// Of a scene file or particle file, unpacked.
+/// Largest size of a scene file or particle file after unpacking.
 inline constexpr std::uint64_t max_scene_file_bytes = std::uint64_t{16} << 30;
 inline constexpr std::size_t max_json_depth = 16;  ///< nested objects and lists of a scene file
 inline constexpr std::uint32_t max_frame = 999'999'999;  ///< number of a frame

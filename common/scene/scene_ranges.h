@@ -16,7 +16,7 @@ inline constexpr NumberRange vfov{1e-6, 179.999};
 inline constexpr NumberRange unit_interval{0, 1};  ///< albedo, fuzz
 inline constexpr NumberRange ior{1e-3, 1e3};
 inline constexpr NumberRange radiance{0, limits::max_radiance};
-// Of settings. Settings also allow 0: no limit.
+// Ranges of settings. A setting may also be 0, which means no limit.
 inline constexpr NumberRange target_error{1e-9, 1e9};  ///< linear radiance
 inline constexpr NumberRange time_limit{0.01, 1e7};    ///< seconds
 

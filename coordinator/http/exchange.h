@@ -95,7 +95,8 @@ struct Reply {
   std::shared_ptr<const FileBody> file{};  ///< replaces `body` if set
 };
 
-/// Calls `act` and returns its result. A Problem of the status `from` gets the status `to`.
+/// Returns the result of `act()`. If that throws a Problem with the status `from`, throws the same
+/// Problem with the status `to`.
 auto with_status(int from, int to, const auto& act) {
   try {
     return act();

@@ -52,7 +52,7 @@ TEST_CASE("a result for another worker's lease is stale, before and after the ho
   CHECK(service.worker("ann").at("state") == "ready");
 }
 
-TEST_CASE("an operator can end a coordinator whose only machine returns wrong bits") {
+TEST_CASE("an exception of on_quarantine ends the coordinator") {
   CoordinatorOptions options = service_options();
   options.on_quarantine = [](const std::string& reason) { throw RunError(reason); };
   Service service(options);

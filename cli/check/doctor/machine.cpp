@@ -31,8 +31,8 @@ std::uint64_t memory_bytes(const std::string& key) {
   return kibibyte * std::strtoull(value_of(file, key).c_str(), nullptr, 10);
 }
 
-/// Returns the same directory as std::filesystem::temp_directory_path(), whose errors do not name
-/// it.
+/// Returns the directory of std::filesystem::temp_directory_path(), without its check: the error of
+/// that check does not name the directory.
 fs::path temporary_place() {
   for (const char* variable : {"TMPDIR", "TMP", "TEMP", "TEMPDIR"}) {
     const char* const place = std::getenv(variable);  // NOLINT(concurrency-mt-unsafe)

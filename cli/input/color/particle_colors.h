@@ -48,8 +48,8 @@ struct ParticleColors {
   std::vector<Vec3d> palette;        ///< linear RGB in [0, 1]
   std::vector<std::uint32_t> index;  ///< into `palette`, one per particle; empty: no colours
   Legend legend;
-  /// Numbers at the ends of the map. Both may be equal, such as for equal numbers. The legend's
-  /// scale is wider then. Empty: the colours are those of categories.
+  /// Numbers at the ends of the map. If all particles have the same number, both ends are equal,
+  /// and the legend shows a wider scale. Empty: the colours are those of categories.
   NumberBounds numbers{};
 
   [[nodiscard]] bool empty() const { return index.empty(); }

@@ -21,7 +21,8 @@ struct CifLinkEnd {
   std::string label_number = "1";  ///< instead of an empty `residue_number`; 1 in components
   std::string insertion;
   std::string alternative;
-  /// The symmetry operation that gives the image of the atom: "1_555".
+  /// The bond ends at the image of the atom under this symmetry operation. "1_555" (in mmCIF): the
+  /// atom itself.
   std::string symmetry;
 };
 

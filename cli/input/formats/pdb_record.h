@@ -36,7 +36,8 @@ struct AtomRecord {
   }
 };
 
-/// Returns whether the line begins with `name`, which is in capitals, in any letter case.
+/// Returns whether the line begins with `name`. `name` is in capitals; the line may have any letter
+/// case.
 bool is_record(std::string_view line, std::string_view name);
 /// Returns whether the line begins with "HETATM", or with "ATOM" before a blank or a digit, in any
 /// letter case, and has at least seven characters.

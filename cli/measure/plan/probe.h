@@ -18,7 +18,8 @@ namespace parray::plan {
 struct ProbeRequest {
   const Scene* scene = nullptr;
   Boxed<RenderSettings> settings;  ///< no value is `automatic`; sampler and limits are ignored
-  /// Candidates, one or two. Of the first of two, only the speed is measured.
+  /// The plan chooses among these, one or two. If there are two, the probe measures only the speed
+  /// of the first.
   std::vector<Sampler> samplers;
   int threads = 1;
   double seconds = 3;           ///< longest time of the probe, about; without the accelerator's

@@ -61,7 +61,8 @@ PARRAY_INLINE std::uint32_t bit_below(std::uint32_t number) {
   return static_cast<std::uint32_t>(number < Count) << (number % 32);
 }
 
-/// Calls f(i) for every ray `i` that is inside a shape. `InsideStack` false: no ray is.
+/// Calls f(i) for every ray `i` that is inside a shape. If `InsideStack` is false, no ray can be
+/// inside a shape, and f is never called.
 template <typename L, bool InsideStack, typename Real, typename F>
 PARRAY_INLINE void each_inside(const RayColumns<Real>& rays, const F& f) {
   using Uint = typename L::Uint;
