@@ -48,6 +48,7 @@ class ScriptedTracer final : public PathTracer {
     follow_script();
     ++cells_;
     honest_->trace_run(run, samples, sums, counts);
+    if (rank_ == late && cells_ == third) say("traced");
     if (rank_ == faulty) sums[0].sum[0] += sums[0].sum[0] > 0 ? ~std::uint64_t{0} : 1;
   }
   void first_hits(const PixelRun& run, const SampleRange& samples,
@@ -68,25 +69,28 @@ class ScriptedTracer final : public PathTracer {
       for (std::uint32_t rank = 0; rank < ranks; ++rank) wait_for("begun-" + std::to_string(rank));
     }
     if (rank_ == late && cells_ == 0) {
-      wait_for("copied");
-      std::this_thread::sleep_for(milliseconds(200));  // until the copy is handed in
-    } else if (rank_ == late && cells_ == third) {
-      say("compared");
+      wait_for_results("copied");
     } else if (rank_ == faulty && cells_ == third + copied) {
       say("copied");
-      wait_for("compared", milliseconds(3000));
+      wait_for_results("traced");
     } else if (rank_ == 0 && cells_ == third) {
-      wait_for("compared", milliseconds(3000));
+      wait_for_results("traced");
     }
   }
 
   void say(const std::string& what) const { std::ofstream(folder_ / what).put('\n'); }
 
-  void wait_for(const std::string& what, milliseconds longest = milliseconds(20'000)) const {
-    for (milliseconds waited{}; !fs::exists(folder_ / what) && waited < longest;
+  void wait_for(const std::string& what) const {
+    for (milliseconds waited{}; !fs::exists(folder_ / what) && waited < milliseconds(60'000);
          waited += milliseconds(2)) {
       std::this_thread::sleep_for(milliseconds(2));
     }
+  }
+
+  /// Waits until the cells that another rank has just traced are handed in, too.
+  void wait_for_results(const std::string& what) const {
+    wait_for(what);
+    std::this_thread::sleep_for(milliseconds(300));
   }
 
   const std::unique_ptr<PathTracer> honest_;

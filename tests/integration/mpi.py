@@ -2,6 +2,7 @@
 test is over, by process id."""
 
 import contextlib
+import functools
 import json
 import os
 import pathlib
@@ -24,6 +25,24 @@ def why_not():
     if not shutil.which("mpirun"):
         return "mpirun is missing"
     return "" if (BIN / "parray-mpi").exists() else "parray-mpi is not built"
+
+
+class JobOverTooEarly(AssertionError):
+    """A job was over before a test could disturb it: this machine is faster, or its disk slower, than was measured."""
+
+
+def again_with_longer_jobs(test):
+    """Repeats a test of a class with make_longer() while its jobs are over too early."""
+    @functools.wraps(test)
+    def repeated(self):
+        for _ in range(4):
+            try:
+                return test(self)
+            except JobOverTooEarly:
+                self.make_longer()
+        return test(self)
+
+    return repeated
 
 
 def processes_of_session(session):
@@ -89,6 +108,7 @@ class MpiRun:
     def rank_pid(self, rank):
         """The process id of a rank, once it runs."""
         def find():
+            self.check_runs()
             for pid, (_, _, name) in processes_of_session(self.process.pid).items():
                 try:
                     environment = pathlib.Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
@@ -101,6 +121,19 @@ class MpiRun:
 
         return wait_for(find, f"rank {rank}")
 
+    def check_runs(self):
+        if self.process.poll() is not None:
+            raise JobOverTooEarly("the job is over: " + self.text())
+
+    def send(self, number, rank):
+        """Sends a signal to a rank, and returns its process id."""
+        pid = self.rank_pid(rank)
+        try:
+            os.kill(pid, number)
+        except ProcessLookupError:
+            raise JobOverTooEarly(f"rank {rank} is over: {self.text()}") from None
+        return pid
+
     def ranks(self):
         return [pid for pid, (_, _, name) in processes_of_session(self.process.pid).items()
                 if name.startswith("parray-mpi")]
@@ -110,6 +143,11 @@ class MpiRun:
         self.process.wait(timeout)
         wait_for(lambda: not self.ranks(), "the ranks to end", timeout=10)
         return self.process.returncode
+
+    def wait_for_failure(self, may_be_done=False):
+        """Until a disturbed job has failed. `may_be_done`: other ranks can finish its work meanwhile."""
+        if self.wait() == 0 or (not may_be_done and re.search("100.0 % +done", self.text())):
+            raise JobOverTooEarly("the job is done: " + self.text())
 
     def text(self):
         return self.log.read_text()

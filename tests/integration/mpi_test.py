@@ -13,7 +13,7 @@ import time
 import unittest
 
 from farm import SCENES, Farm, child_processor_seconds, run, wait_for
-from mpi import MpiRun, committed_bytes, kept_bytes, kept_passes, why_not
+from mpi import JobOverTooEarly, MpiRun, again_with_longer_jobs, committed_bytes, kept_bytes, kept_passes, why_not
 
 SCENE = SCENES / "one-weekend-484.json"
 RANKS = range(1, 7)
@@ -32,6 +32,7 @@ SIZE = size(100, 75, 40)
 LONG_CORE_SECONDS = 2.5  # several commits, on two cores, before it is done
 MANY_PASSES = 7
 PASS_CORE_SECONDS = 0.15
+LATER_PASS = 3_000_000  # bytes of rows; a pass has 1.2 MB
 # In passes, decided by what the passes before have found.
 TO_AN_ERROR = (*size(100, 75, 2000), "--target-error", 0.012)
 ADAPTIVE = (*size(100, 75, 120), "--adaptive", "on")
@@ -53,10 +54,10 @@ def core_speed():
     return render_report(*size(100, 75, 400), "--threads", 1)["samples"] / (child_processor_seconds() - before)
 
 
-def wait_for_rows(state, run, more_than=200_000):
+def wait_for_rows(state, check_runs, more_than=200_000):
     """Until a commit has kept some rows, in the middle of the job."""
     def kept():
-        assert run.process.poll() is None, "the job was over too early: " + run.text()
+        check_runs()
         return committed_bytes(state) > more_than
 
     wait_for(kept, "the first rows to be kept")
@@ -68,19 +69,6 @@ class MpiCase(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.expected = render_report(*SIZE, "--threads", 1)
-
-    @classmethod
-    def take_long(cls):
-        cls.long = size(200, 150, max(300, int(LONG_CORE_SECONDS * core_speed() / (200 * 150))))
-        cls.expected_long = render_report(*cls.long)
-
-    @classmethod
-    def take_passes(cls):
-        samples = int(PASS_CORE_SECONDS * core_speed()) // 2 * 2
-        adaptive = [*size(200, 150, MANY_PASSES * samples // (200 * 150) + 1), "--adaptive", "on"]
-        cls.one_pass = [*adaptive, "--passes", samples]
-        cls.passes = [*adaptive, "--passes", ",".join([str(samples)] * MANY_PASSES)]
-        cls.expected_passes = render_report(*cls.passes)
 
     def setUp(self):
         directory = tempfile.TemporaryDirectory()
@@ -104,15 +92,6 @@ class MpiCase(unittest.TestCase):
             self.assertIn(self.expected["image_sha256"][:16], job.text())
             return report, job.text()
 
-    def long_job(self, ranks, *options, **more):
-        return MpiRun(ranks, SCENE, *self.long, *SAFE, "--state", self.state, *options, **more)
-
-    def check_goes_on(self, ranks):
-        with self.long_job(ranks) as job:
-            report = job.finish()
-            self.check(report, self.expected_long)
-            self.assertRegex(job.text(), r"parray-mpi: continuing from [0-9.]+ % in ")
-
     def check_ranks(self, report, ranks, threads):
         """What the report says about the ranks adds up."""
         entries = report["mpi"]["ranks"]
@@ -121,6 +100,52 @@ class MpiCase(unittest.TestCase):
         self.assertGreaterEqual(sum(entry["samples"] for entry in entries), report["samples"])
         self.assertEqual(report["mpi"]["mismatched_cells"], 0)
         self.assertEqual(report["mpi"]["corrupt_results"], 0)
+
+
+class DisturbedJobs(MpiCase):
+    """Tests that disturb a job which still runs."""
+
+    longer = 1  # factor for the lengths of jobs
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.take_jobs()
+
+    def make_longer(self):
+        type(self).longer *= 2
+        self.take_jobs()
+        self.setUp()
+
+    def check_farm_runs(self, farm, number):
+        if farm.job(number)["state"] == "done":
+            raise JobOverTooEarly(f"job {number} is done")
+
+    def kill_coordinator_of(self, *options, rows=200_000):
+        """Ends a coordinator in the middle of a job whose first rows it has kept."""
+        with Farm("--state", self.state) as farm:
+            farm.start_worker("w1", threads=2)
+            number = farm.submit(SCENE, *options)
+            wait_for_rows(self.state, lambda: self.check_farm_runs(farm, number), rows)
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+
+
+class LongJobs(DisturbedJobs):
+    @classmethod
+    def take_jobs(cls):
+        samples = cls.longer * LONG_CORE_SECONDS * core_speed()
+        cls.long = size(200, 150, max(300, int(samples / (200 * 150))))
+        cls.expected_long = render_report(*cls.long)
+
+    def long_job(self, ranks, *options, **more):
+        return MpiRun(ranks, SCENE, *self.long, *SAFE, "--state", self.state, *options, **more)
+
+    def check_goes_on(self, ranks):
+        with self.long_job(ranks) as job:
+            report = job.finish()
+            self.check(report, self.expected_long)
+            self.assertRegex(job.text(), r"parray-mpi: continuing from [0-9.]+ % in ")
 
 
 @unittest.skipIf(why_not(), why_not())
@@ -215,11 +240,14 @@ class OneHash(MpiCase):
 
 
 @unittest.skipIf(why_not(), why_not())
-class Passes(MpiCase):
+class Passes(DisturbedJobs):
     @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.take_passes()
+    def take_jobs(cls):
+        samples = int(cls.longer * PASS_CORE_SECONDS * core_speed()) // 2 * 2
+        adaptive = [*size(200, 150, MANY_PASSES * samples // (200 * 150) + 1), "--adaptive", "on"]
+        cls.one_pass = [*adaptive, "--passes", samples]
+        cls.passes = [*adaptive, "--passes", ",".join([str(samples)] * MANY_PASSES)]
+        cls.expected_passes = render_report(*cls.passes)
 
     def test_a_job_stops_when_its_time_is_over_and_can_be_repeated(self):
         limit = 1
@@ -232,18 +260,18 @@ class Passes(MpiCase):
                                  ",".join(map(str, report["passes"])))
         self.check(report, expected)
 
+    @again_with_longer_jobs
     def test_a_later_pass_of_a_killed_rank_0_goes_on_with_other_ranks_and_in_a_farm(self):
         options = [*self.passes, *SAFE, "--state", self.state]
         with MpiRun(2, SCENE, *options) as job:
-            wait_for_rows(self.state, job, 3_000_000)  # 1.2 MB a pass
-            os.kill(job.rank_pid(0), signal.SIGKILL)
-            self.assertNotEqual(job.wait(), 0)
+            wait_for_rows(self.state, job.check_runs, LATER_PASS)
+            job.send(signal.SIGKILL, rank=0)
+            job.wait_for_failure()
         in_farm = self.state.with_name("copy")
         shutil.copytree(self.state, in_farm)
         with MpiRun(3, SCENE, *options) as job:
-            stopped = job.rank_pid(2)
             wait_for(lambda: "continuing from" in job.text(), "the job to go on")
-            os.kill(stopped, signal.SIGSTOP)
+            stopped = job.send(signal.SIGSTOP, rank=2)
             time.sleep(0.7)  # long enough for the others to come to the end of a pass
             os.kill(stopped, signal.SIGCONT)
             self.check_passes(job.finish(), self.expected_passes)
@@ -253,33 +281,31 @@ class Passes(MpiCase):
             farm.start_worker("w1", threads=2)
             self.check_passes(farm.finish(1), self.expected_passes)
 
+    @again_with_longer_jobs
     def test_ranks_go_on_with_a_later_pass_of_a_killed_coordinator(self):
-        with Farm("--state", self.state) as farm:
-            farm.start_worker("w1", threads=2)
-            number = farm.submit(SCENE, *self.passes)
-            wait_for(lambda: farm.job(number)["progress"] > 0.4, "some progress")
-            farm.coordinator.send_signal(signal.SIGKILL)
-            farm.coordinator.wait()
+        self.kill_coordinator_of(*self.passes, rows=LATER_PASS)
         with MpiRun(2, SCENE, *self.passes, *SAFE, "--state", self.state) as job:
             self.check_passes(job.finish(), self.expected_passes)
             self.assertRegex(job.text(), "parray-mpi: continuing from ")
 
+    @again_with_longer_jobs
     def test_a_preview_shows_the_picture_before_it_is_done_and_changes_nothing(self):
         for mode in ("window", "messages"):
             preview = self.state.parent / f"{mode}.png"
             with MpiRun(2, SCENE, *self.passes, *SAFE, "--mode", mode,
                         "--preview", preview) as job:
                 wait_for(preview.exists, "the preview")
-                self.assertIsNone(job.process.poll(), "the job was over too early")
+                job.check_runs()
                 self.assertGreater(preview.stat().st_size, 10000)
                 self.check_passes(job.finish(), self.expected_passes)
 
+    @again_with_longer_jobs
     def test_a_rank_that_does_not_come_to_the_end_of_a_pass_ends_the_job(self):
         options = [*self.passes, *SAFE, "--state", self.state]
         with MpiRun(3, SCENE, *options, "--patience", 2) as job:
-            wait_for_rows(self.state, job)
-            os.kill(job.rank_pid(2), signal.SIGSTOP)
-            self.assertNotEqual(job.wait(), 0)
+            wait_for_rows(self.state, job.check_runs)
+            job.send(signal.SIGSTOP, rank=2)
+            job.wait_for_failure()
             self.assertRegex(job.text(),
                              r"parray-mpi: no rank has made progress for .*; [0-9.]+ samples per pixel are "
                              "kept in ")
@@ -292,29 +318,26 @@ class Passes(MpiCase):
 
 
 @unittest.skipIf(why_not(), why_not())
-class Deaths(MpiCase):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.take_long()
-
+class Deaths(LongJobs):
+    @again_with_longer_jobs
     def test_a_rank_killed_in_mid_job_ends_it_and_another_number_of_ranks_goes_on(self):
         # On a busy machine the second that mpirun leaves others may be too short for words.
         patient = ("--mca", "odls_base_sigkill_timeout", "2")
         with self.long_job(3, mpirun=patient) as job:
-            wait_for_rows(self.state, job)
-            os.kill(job.rank_pid(1), signal.SIGKILL)
-            self.assertNotEqual(job.wait(), 0)
+            wait_for_rows(self.state, job.check_runs)
+            job.send(signal.SIGKILL, rank=1)
+            job.wait_for_failure()
             self.assertRegex(job.text(), "rank 1 .*Killed")
             self.assertRegex(job.text(), "parray-mpi: interrupted.* % is kept in ")
             self.assertFalse(job.picture.exists())
         self.check_goes_on(2)
 
+    @again_with_longer_jobs
     def test_a_farm_goes_on_with_what_a_killed_rank_0_has_kept(self):
         with self.long_job(2) as job:
-            wait_for_rows(self.state, job)
-            os.kill(job.rank_pid(0), signal.SIGKILL)
-            self.assertNotEqual(job.wait(), 0)
+            wait_for_rows(self.state, job.check_runs)
+            job.send(signal.SIGKILL, rank=0)
+            job.wait_for_failure()
             self.assertRegex(job.text(), "rank 0 .*Killed")
         with Farm("--state", self.state) as farm:
             self.assertLess(farm.job(1)["progress"], 1)
@@ -322,59 +345,54 @@ class Deaths(MpiCase):
             wait_for(lambda: farm.job(1)["progress"] > 0, "some progress")
             self.check(farm.finish(1), self.expected_long)
 
+    @again_with_longer_jobs
     def test_ranks_go_on_with_what_a_killed_coordinator_has_kept(self):
-        with Farm("--state", self.state) as farm:
-            farm.start_worker("w1", threads=2)
-            number = farm.submit(SCENE, *self.long)
-            wait_for(lambda: farm.job(number)["progress"] > 0.2, "some progress")
-            farm.coordinator.send_signal(signal.SIGKILL)
-            farm.coordinator.wait()
+        self.kill_coordinator_of(*self.long)
         self.check_goes_on(3)
 
+    @again_with_longer_jobs
     def test_an_interrupted_mpirun_leaves_no_rank_and_what_is_finished(self):
         with self.long_job(2) as job:
-            wait_for_rows(self.state, job)
+            wait_for_rows(self.state, job.check_runs)
             job.process.send_signal(signal.SIGINT)
-            self.assertNotEqual(job.wait(), 0)
+            job.wait_for_failure()
             self.assertFalse(job.picture.exists())
         self.check_goes_on(3)
 
 
 @unittest.skipIf(why_not(), why_not())
-class Silences(MpiCase):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.take_long()
-
+class Silences(LongJobs):
+    @again_with_longer_jobs
     def test_cells_of_a_stopped_rank_are_traced_by_the_others(self):
         with self.long_job(3, "--patience", 3) as job:
-            wait_for_rows(self.state, job)
-            os.kill(job.rank_pid(1), signal.SIGSTOP)
+            wait_for_rows(self.state, job.check_runs)
+            job.send(signal.SIGSTOP, rank=1)
             report = job.finish()
             self.check(report, self.expected_long)
             self.assertIn("parray-mpi: the work is done, but not all ranks answer", job.text())
 
+    @again_with_longer_jobs
     def test_a_rank_that_is_stopped_for_a_while_changes_nothing(self):
         with self.long_job(3) as job:
-            wait_for_rows(self.state, job)
-            stopped = job.rank_pid(2)
-            os.kill(stopped, signal.SIGSTOP)
+            wait_for_rows(self.state, job.check_runs)
+            stopped = job.send(signal.SIGSTOP, rank=2)
             time.sleep(1)  # how long does not matter
             os.kill(stopped, signal.SIGCONT)
             self.check(job.finish(), self.expected_long)
 
     def check_silent_coordinator(self, mode):
         with self.long_job(2, "--patience", 3, "--mode", mode) as job:
-            wait_for_rows(self.state, job)
-            os.kill(job.rank_pid(0), signal.SIGSTOP)
-            self.assertNotEqual(job.wait(), 0)
+            wait_for_rows(self.state, job.check_runs)
+            job.send(signal.SIGSTOP, rank=0)
+            job.wait_for_failure(may_be_done=True)
             self.assertRegex(job.text(), "parray-mpi: rank 1 waits for a rank that does not answer")
         self.check_goes_on(1)
 
+    @again_with_longer_jobs
     def test_ranks_whose_coordinator_is_silent_end_the_job(self):
         self.check_silent_coordinator("window")
 
+    @again_with_longer_jobs
     def test_ranks_whose_coordinator_does_not_answer_messages_end_the_job(self):
         self.check_silent_coordinator("messages")
 
