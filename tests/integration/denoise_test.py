@@ -71,10 +71,16 @@ class Denoise(CliTest):
 
     def test_a_target_of_the_denoised_picture_may_have_a_time_limit(self):
         options = ["--spp", "100000", "--denoise", "--target-error"]
-        within, _ = self.picture(*options, "0.02", "--time-limit", "60")
+        within, _ = self.rendered(*options, "0.02", "--time-limit", "60")
         self.assertEqual(within["stopped_by"], "error")
         self.assertLessEqual(within["denoised"]["high"], 0.02)
-        beyond, _ = self.picture(*options, "0.00001", "--time-limit", "1")
+        for limit in ("1", "4", "16"):  # on a slow machine, denoising does not fit into a short one
+            result = run("render", self.scene, "-q", "-o", self.path("a.png"), "--report", self.path("report.json"), *options,
+                         "0.00001", "--time-limit", limit)
+            if "left out" not in result.stderr:
+                break
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        beyond = json.loads(self.path("report.json").read_text())
         self.assertEqual(beyond["stopped_by"], "time")
         self.assertGreater(beyond["denoised"]["high"], 0.00001)
 
@@ -96,15 +102,18 @@ class Denoise(CliTest):
         self.assertNotIn("denoised", json.loads(self.path("a.json").read_text()))
 
     def test_a_line_says_where_denoising_is_not_expected_to_pay(self):
+        """The forecasts follow from short measurements. The scenes are far from where denoising begins to pay."""
         scenes = SOURCE / "scenes" / "regression"
-        options = ["-o", self.path("a.png"), "--width", "300", "--height", "200", "--spp", "8", "--denoise"]
-        result = run("render", scenes / "ball-lens.json", *options)
-        self.assertRegex(result.stderr, r"parray: --denoise is not expected to pay: 8 samples per pixel, denoised, have an "
+        options = ["-o", self.path("a.png"), "--width", "300", "--height", "200", "--threads", "1", "--denoise"]
+        few = [scenes / "ball-lens.json", "--spp", "4", *options]
+        result = run("render", *few)
+        self.assertRegex(result.stderr, r"parray: --denoise is not expected to pay: 4 samples per pixel, denoised, have an "
                                         r"error of about 0\.0\d+; in the same time \d+ samples without --denoise have 0\.0\d+\n")
         self.assertEqual(result.returncode, 0, result.stderr)
-        for more in (scenes / "coated-ball.json",), (scenes / "ball-lens.json", "-q"):
-            with self.subTest(more=more):
-                self.assertNotIn("expected to pay", run("render", *more, *options).stderr)
+        slow = [scenes / "coated-ball.json", "--spp", "8", "--isa", "scalar", *options]
+        for arguments in slow, [*few, "-q"]:
+            with self.subTest(arguments=arguments):
+                self.assertNotIn("expected to pay", run("render", *arguments).stderr)
 
     def test_predicting_whether_denoising_pays_keeps_a_time_limit_with_slow_samples(self):
         white = {"type": "diffuse", "albedo": [0.999] * 3}

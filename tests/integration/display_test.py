@@ -13,7 +13,7 @@ import time
 import unittest
 
 import mpi
-from farm import BIN, SCENES, Farm, run
+from farm import BIN, SCENES, Farm, run, wait_for
 
 SCENE = SCENES / "one-weekend-20.json"
 SIZE = ["--width", "200", "--height", "120"]
@@ -48,6 +48,7 @@ class Viewer:
         self.updates = 0
         self.faults = []
         self.connections = []
+        self.readers = []
         self.reads = reads
         self.thread = threading.Thread(target=self.serve, daemon=True)
         self.thread.start()
@@ -60,7 +61,9 @@ class Viewer:
                 return
             self.connections.append(connection)
             if self.reads:
-                threading.Thread(target=self.read, args=(connection,), daemon=True).start()
+                reader = threading.Thread(target=self.read, args=(connection,), daemon=True)
+                reader.start()
+                self.readers.append(reader)
 
     def read(self, connection):
         try:
@@ -91,6 +94,10 @@ class Viewer:
             pixels[4 * 3 * width * y:4 * 3 * width * (y + height)] = data
             self.updates += y == 0
 
+    def wait_for_the_end(self):
+        """Until all that a process has sent before its end is read."""
+        wait_for(lambda: self.readers and not any(reader.is_alive() for reader in self.readers), "the end of the connection")
+
     def shown(self, name):
         """SHA-256 of a window's pixels, as reports have it."""
         return hashlib.sha256(self.images[name][2]).hexdigest()
@@ -114,6 +121,7 @@ class Display(unittest.TestCase):
 
     def expect_picture(self, viewer, name):
         report = json.loads((self.directory / "report.json").read_text())
+        viewer.wait_for_the_end()
         self.assertEqual(viewer.faults, [])
         self.assertEqual(list(viewer.images), [name])
         self.assertEqual(viewer.images[name][:2], (200, 120))
@@ -132,17 +140,17 @@ class Display(unittest.TestCase):
     def test_the_same_is_true_for_submitted_and_watched_jobs(self):
         viewer, watcher = self.viewer(), self.viewer()
         with Farm() as farm:
-            farm.start_worker("a")
             at = ["--coordinator", farm.address]
-            done = run("submit", SCENE, *SIZE, "--spp", "200", "--wait", *self.outputs(), "--display", viewer.address, *at)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.expect_picture(viewer, SCENE.name)
             job = run("submit", SCENE, *SIZE, "--spp", "400", *at).stdout.strip()
-            done = run("watch", job, "--display", watcher.address, *at)
-            self.assertEqual(done.returncode, 0, done.stderr)
+            watch = farm.start_client("watch", job, "--display", watcher.address)
+            farm.start_worker("a")
+            self.assertEqual(watch.wait(timeout=120), 0, watch.log.read_text())
             fetched = run("fetch", job, *self.outputs(), *at)
             self.assertEqual(fetched.returncode, 0, fetched.stderr)
             self.expect_picture(watcher, SCENE.name)
+            done = run("submit", SCENE, *SIZE, "--spp", "200", "--wait", *self.outputs(), "--display", viewer.address, *at)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.expect_picture(viewer, SCENE.name)
 
     @unittest.skipIf(mpi.why_not(), mpi.why_not())
     def test_the_same_is_true_for_ranks(self):
@@ -153,9 +161,10 @@ class Display(unittest.TestCase):
 
     def test_a_viewer_that_is_away_or_takes_nothing_delays_no_render(self):
         deaf = self.viewer(reads=False)
-        nobody = socket.create_server(("127.0.0.1", 0))
+        nobody = socket.socket()
+        self.addCleanup(nobody.close)
+        nobody.bind(("127.0.0.1", 0))  # without listen(): it refuses connections, and no other process gets the port
         away = "127.0.0.1:%d" % nobody.getsockname()[1]
-        nobody.close()
         size = ["--width", "1200", "--height", "800", "--spp", "3"]  # more than a socket holds
         for address, said in ((away, "no viewer takes pictures at " + away), (deaf.address, "")):
             begin = time.monotonic()
