@@ -14,7 +14,7 @@ import time
 import unittest
 
 from farm import BIN, SCENES, SOURCE, Farm, run, wait_for
-from mpi import committed_bytes, kept_bytes
+from mpi import JobOverTooEarly, again_with_longer_jobs, committed_bytes, kept_bytes
 
 SCENE = SCENES / "one-weekend-20.json"
 
@@ -45,35 +45,51 @@ class FarmCase(unittest.TestCase):
 
 
 class Deaths(FarmCase):
+    longer = 1  # factor for the lengths of jobs
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.expected_long = render_report(SCENE, *LONG)
+        cls.take_jobs()
 
+    @classmethod
+    def take_jobs(cls):
+        cls.long = size(cls.longer * LONG_SPP)
+        cls.expected_long = render_report(SCENE, *cls.long)
+
+    def make_longer(self):
+        type(self).longer *= 2
+        self.take_jobs()
+
+    @again_with_longer_jobs
     def test_a_worker_killed_in_mid_job_changes_nothing(self):
         with Farm("--heartbeat", "0.1") as farm:
             victim = farm.start_worker("victim")
             farm.start_worker("survivor")
             wait_for(lambda: len(farm.workers()) == 2, "two workers")
-            job = farm.submit(SCENE, *LONG)
+            job = farm.submit(SCENE, *self.long)
             wait_for(lambda: farm.job(job)["progress"] > 0.1, "some progress")
             victim.send_signal(signal.SIGKILL)
             victim.wait()
-            self.assertLess(farm.job(job)["progress"], 1)
+            if farm.job(job)["progress"] == 1:
+                raise JobOverTooEarly("the workers were faster than the test")
             report = farm.finish(job)
             self.assertEqual(report["image_sha256"], self.expected_long["image_sha256"])
-            self.assertEqual(report["samples"], 160 * 100 * LONG_SPP)
-            self.assertRegex(farm.coordinator_log(), "'victim' left .silent for too long.")
+            self.assertEqual(report["samples"], self.expected_long["samples"])
+            wait_for(lambda: "'victim' left (silent for too long)" in farm.coordinator_log(), "the loss to be noticed")
 
+    @again_with_longer_jobs
     def test_a_worker_stopped_beyond_its_deadline_and_continued_later_changes_nothing(self):
         with Farm("--heartbeat", "0.1", "--lease-timeout", "1") as farm:
             sleeper = farm.start_worker("sleeper")
             wait_for(lambda: len(farm.workers()) == 1, "the sleeper")
             # Static: the whole picture is one lease, so that it is certainly held when stopped.
-            job = farm.submit(SCENE, *LONG, "--schedule", "static")
+            job = farm.submit(SCENE, *self.long, "--schedule", "static")
             wait_for(lambda: "lease 1 to worker" in farm.coordinator_log(), "the lease")
             sleeper.send_signal(signal.SIGSTOP)
             wait_for(lambda: "'sleeper' left" in farm.coordinator_log(), "the loss to be noticed")
+            if "lease 1 accepted" in farm.coordinator_log():
+                raise JobOverTooEarly("the sleeper was faster than the test")
             farm.start_worker("successor")
             wait_for(lambda: re.search("lease 2 to worker . 'successor'", farm.coordinator_log()),
                      "the lease to go to another")
@@ -82,28 +98,29 @@ class Deaths(FarmCase):
             report = farm.finish(job)
             # Lease 1 is dead: the sleeper was told so, or, had it finished just then, refused.
             self.assertNotRegex(farm.coordinator_log(), "lease 1 accepted")
-            self.assertRegex(farm.coordinator_log(), "lease 2 accepted")
+            self.assertRegex(farm.coordinator_log(), "lease [0-9]+ accepted")
             self.assertEqual(report["image_sha256"], self.expected_long["image_sha256"])
-            self.assertEqual(report["samples"], 160 * 100 * LONG_SPP)
+            self.assertEqual(report["samples"], self.expected_long["samples"])
 
+    @again_with_longer_jobs
     def test_a_coordinator_killed_in_mid_job_goes_on_where_it_was(self):
         with tempfile.TemporaryDirectory() as state, Farm("--state", state, "--heartbeat",
                                                           "0.1") as farm:
             farm.start_worker("w1")
             farm.start_worker("w2")
-            job = farm.submit(SCENE, *LONG)
+            job = farm.submit(SCENE, *self.long)
             # What is merged shows as progress; what is committed, too, is acknowledged.
             wait_for(lambda: farm.job(job)["progress"] > 0.2, "some progress")
             kept = wait_for(lambda: committed_bytes(pathlib.Path(state)), "rows to be kept")
             farm.coordinator.send_signal(signal.SIGKILL)
             farm.coordinator.wait()
-            self.assertGreaterEqual(committed_bytes(pathlib.Path(state)), kept,
-                                    "acknowledged rows were lost")
-            self.assertGreaterEqual(kept_bytes(pathlib.Path(state)), kept, "their file was cut")
+            left = committed_bytes(pathlib.Path(state)), kept_bytes(pathlib.Path(state))
             farm.start_coordinator(farm.address)
             # What is kept is read when a worker is there.
-            after = wait_for(lambda: farm.job(job)["progress"], "the job to be taken up")
-            self.assertLess(after, 1)
+            if wait_for(lambda: farm.job(job)["progress"], "the job to be taken up") == 1:
+                raise JobOverTooEarly("the workers were faster than the test, or than the disk")
+            self.assertGreaterEqual(left[0], kept, "acknowledged rows were lost")
+            self.assertGreaterEqual(left[1], kept, "their file was cut")
             report = farm.finish(job)
             expected = self.expected_long
             self.assertEqual(report["image_sha256"], expected["image_sha256"])
@@ -154,6 +171,9 @@ class Service(FarmCase):
                 report = farm.finish(farm.submit(SCENE, *SIZE))
                 self.assertEqual(report["image_sha256"], self.expected)
                 self.assertEqual(report["samples"], 160 * 100 * 150)
+            for spp in (600, 2400, 9600):
+                if report["workers"] < 3:  # the others were done before its first result
+                    report = farm.finish(farm.submit(SCENE, *size(spp)))
             self.assertEqual(report["workers"], 3)
 
     def test_a_time_limit_is_kept_and_its_passes_repeat_the_picture(self):
@@ -202,8 +222,8 @@ class Service(FarmCase):
             picture = farm.directory / "picture.exr"
             submit = farm.start_client("submit", SCENE, *ENDLESS, "--wait", "-o", picture,
                                        "--preview", preview)
-            wait_for(lambda: preview.read_bytes() != first, "the preview of a progressive job")
-            self.assertGreater(preview.stat().st_size, 10000)  # noise everywhere
+            wait_for(lambda: preview.read_bytes() != first and preview.stat().st_size > 10000,  # noise everywhere
+                     "the preview of a progressive job")
             farm.client("cancel", job + 1)
             self.assertEqual(submit.wait(60), 1)
             self.assertFalse(picture.exists())
@@ -287,7 +307,7 @@ class Service(FarmCase):
     def test_beyond_loopback_is_refused_without_keys(self):
         for address in ("tcp://0.0.0.0:7400", "tcp://*:7400", "tcp://127.example.org:7400"):
             result = subprocess.run([BIN / "parray-coordinator", "--bind", address],
-                                    capture_output=True, text=True, timeout=20)
+                                    capture_output=True, text=True, timeout=60)
             self.assertEqual(result.returncode, 2, address)
             self.assertIn("refused", result.stderr)
 
