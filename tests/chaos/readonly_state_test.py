@@ -12,9 +12,9 @@ import hosts
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integration"))
 from farm import SCENES, Farm, run, wait_for  # noqa: E402
+from mpi import JobOverTooEarly, again_with_longer_jobs  # noqa: E402
 
 SETTINGS = ("--width", "160", "--height", "100", "--spp", "64")
-LONG = ("--width", "160", "--height", "100", "--spp", "700")
 
 
 def mount(*arguments):
@@ -22,6 +22,8 @@ def mount(*arguments):
 
 
 class ReadOnlyState(unittest.TestCase):
+    spp = 700  # of the job that is disturbed
+
     def setUp(self):
         if not hosts.permitted():
             self.skipTest("mount namespaces are not permitted")
@@ -31,6 +33,11 @@ class ReadOnlyState(unittest.TestCase):
         self.state = pathlib.Path(directory.name) / "state"
         self.state.mkdir()
 
+    def make_longer(self):
+        self.make_writable()
+        self.spp *= 2
+        self.setUp()
+
     def make_read_only(self):
         """Covers the directory by a read-only view of itself, as if its file system were remounted."""
         mount("--bind", self.state, self.state)
@@ -38,25 +45,38 @@ class ReadOnlyState(unittest.TestCase):
         mount("-o", "remount,bind,ro", self.state)
 
     def make_writable(self):
-        subprocess.run(["umount", self.state], check=True, capture_output=True)
+        """A process that has just looked at the directory may keep it busy for a moment."""
+        wait_for(lambda: subprocess.run(["umount", self.state], capture_output=True).returncode == 0, "the unmounting")
 
+    def until_held(self, farm, job):
+        """Until the job waits for its state."""
+        def waits():
+            shown = farm.job(job)
+            if shown["state"] == "done":
+                raise JobOverTooEarly("the worker was faster than the test")
+            return "ead-only" in shown["waits_for"]
+
+        wait_for(waits, "the reason in show")
+
+    @again_with_longer_jobs
     def test_jobs_wait_with_the_reason_and_continue_when_the_state_is_writable_again(self):
+        long = ("--width", "160", "--height", "100", "--spp", self.spp)
         with Farm("--state", self.state) as farm:
             before = farm.submit(SCENES / "glass.json", *SETTINGS)
             farm.start_worker("w1")
             farm.finish(before)
-            held = farm.submit(SCENES / "shells.json", *LONG)
+            held = farm.submit(SCENES / "shells.json", *long)
             wait_for(lambda: farm.job(held)["progress"] > 0.05, "some progress")
             self.make_read_only()
+            self.until_held(farm, held)
             wait_for(lambda: "ead-only" in farm.coordinator_log(), "the reason in the log")
-            wait_for(lambda: "ead-only" in farm.job(held)["waits_for"], "the reason in show")
             self.assertEqual(farm.fetch(before)["samples"], 64 * 160 * 100)  # what is kept can still be read
             refused = farm.client("submit", SCENES / "glass.json", *SETTINGS)
             self.assertEqual((refused.returncode, refused.stderr.count("\n")), (1, 1))
             self.assertIn("make the directory writable again", refused.stderr)
             self.make_writable()
             report = farm.finish(held)
-            run("render", SCENES / "shells.json", *LONG, "-o", farm.directory / "r.png", "--report",
+            run("render", SCENES / "shells.json", *long, "-o", farm.directory / "r.png", "--report",
                 farm.directory / "r.json")
             rendered = json.loads((farm.directory / "r.json").read_text())
             self.assertEqual(report["image_sha256"], rendered["image_sha256"])
