@@ -38,8 +38,11 @@ class FaultyWorker:
         self.share = share
         self.wrong = set()  # checksums of the falsified results
         self.results = set()
+        self.merged = 0  # results that the coordinator has used, or compared with others
 
     def __call__(self, up, frames):
+        if not up and wire.message_type(frames[0]) == "verdict":
+            self.merged += wire.has_word(frames[0], "accepted") or wire.has_word(frames[0], "mismatch")
         if not up or wire.message_type(frames[0]) != "result":
             return frames
         control, cells = frames

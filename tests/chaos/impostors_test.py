@@ -13,19 +13,26 @@ from proxy import Proxy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integration"))
 from farm import SCENES, Farm, run, wait_for  # noqa: E402
+from mpi import JobOverTooEarly, again_with_longer_jobs  # noqa: E402
 
 SCENE = SCENES / "one-weekend-20.json"
-SETTINGS = ("--width", "64", "--height", "48", "--spp", "600")
+SIZE = ("--width", "64", "--height", "48")
+SETTINGS = (*SIZE, "--spp", "600")
 
 
 class Impostors(unittest.TestCase):
     """Each worker connects from its own address, so the coordinator sees different machines."""
+
+    longer = 1  # factor for the lengths of jobs that must not be over before a faulty worker's first result
 
     @classmethod
     def setUpClass(cls):
         if not hosts.permitted():
             raise unittest.SkipTest("network namespaces are not permitted")
         cls.addresses = hosts.local_addresses(11)
+
+    def make_longer(self):
+        self.longer *= 4
 
     def farm(self, *options):
         return Farm("--insecure", *options, bind=f"tcp://{self.addresses[0]}:*")
@@ -50,24 +57,41 @@ class Impostors(unittest.TestCase):
     def states(self, farm):
         return {worker["name"]: worker["state"] for worker in farm.workers()}
 
-    def test_checks_find_a_faulty_worker_and_its_cells_are_traced_again(self):
-        for settings in (SETTINGS, ("--width", "64", "--height", "48", "--target-error", "0.004")):
-            with self.subTest(settings), self.farm("--spot-checks", 1) as farm:
-                faulty = impostors.FaultyWorker(1, 1)
-                self.start_all(farm, {"impostor": faulty})
-                job = farm.submit(SCENE, *settings)
-                report = farm.finish(job)
-                self.assertGreater(len(faulty.wrong), 0)
-                self.assertEqual(report["image_sha256"], self.expected(farm, settings))
-                self.assertEqual(self.states(farm), {"impostor": "quarantined", "ann": "ready", "bob": "ready"})
-                # If the results of the faulty worker were only checks, there is nothing to trace again.
-                self.assertRegex(farm.job(job)["flag"], "'impostor'.* returned (wrong|different) bits")
+    def finish(self, farm, job, faulty_workers):
+        """Returns the report of a job if a faulty worker took part in it."""
+        report = farm.finish(job)
+        if "quarantined" not in self.states(farm).values() and not any(faulty.merged for faulty in faulty_workers):
+            raise JobOverTooEarly("the correct workers were done before a faulty one's first result")
+        return report
 
-    def test_the_referee_finds_two_faulty_workers_that_agree_and_other_names_do_not_end_the_quarantine(self):
+    def check_one_faulty_worker(self, *settings):
         with self.farm("--spot-checks", 1) as farm:
-            self.start_all(farm, {"faulty 1": impostors.FaultyWorker(1, 1), "faulty 2": impostors.FaultyWorker(1, 1)})
-            report = farm.finish(farm.submit(SCENE, *SETTINGS))
-            self.assertEqual(report["image_sha256"], self.expected(farm, SETTINGS))
+            faulty = impostors.FaultyWorker(1, 1)
+            self.start_all(farm, {"impostor": faulty})
+            job = farm.submit(SCENE, *SIZE, *settings)
+            report = self.finish(farm, job, [faulty])
+            self.assertGreater(len(faulty.wrong), 0)
+            self.assertEqual(report["image_sha256"], self.expected(farm, [*SIZE, *settings]))
+            self.assertEqual(self.states(farm), {"impostor": "quarantined", "ann": "ready", "bob": "ready"})
+            # If the results of the faulty worker were only checks, there is nothing to trace again.
+            self.assertRegex(farm.job(job)["flag"], "'impostor'.* returned (wrong|different) bits")
+
+    @again_with_longer_jobs
+    def test_checks_find_a_faulty_worker_and_its_cells_are_traced_again(self):
+        self.check_one_faulty_worker("--spp", 600 * self.longer)
+
+    @again_with_longer_jobs
+    def test_checks_find_a_faulty_worker_in_passes(self):
+        self.check_one_faulty_worker("--target-error", 0.004 / self.longer**0.5)
+
+    @again_with_longer_jobs
+    def test_the_referee_finds_two_faulty_workers_that_agree_and_other_names_do_not_end_the_quarantine(self):
+        settings = (*SIZE, "--spp", 600 * self.longer)
+        with self.farm("--spot-checks", 1) as farm:
+            faulty_workers = {"faulty 1": impostors.FaultyWorker(1, 1), "faulty 2": impostors.FaultyWorker(1, 1)}
+            self.start_all(farm, faulty_workers)
+            report = self.finish(farm, farm.submit(SCENE, *settings), faulty_workers.values())
+            self.assertEqual(report["image_sha256"], self.expected(farm, settings))
             states = self.states(farm)
             self.assertEqual((states["ann"], states["bob"]), ("ready", "ready"))
             self.assertIn("quarantined", states.values())
@@ -93,7 +117,7 @@ class Impostors(unittest.TestCase):
     def test_a_worker_of_another_release_is_refused_with_a_message(self):
         with self.farm() as farm:
             worker = self.start(farm, "impostor", self.addresses[1], impostors.of_another_release)
-            self.assertEqual(worker.wait(timeout=30), 1)
+            self.assertEqual(worker.wait(timeout=60), 1)
             self.assertIn("trace version 1000000, but this coordinator uses", worker.log.read_text())
             self.assertEqual(farm.workers(), [])
 

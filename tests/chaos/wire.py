@@ -49,6 +49,11 @@ def message_type(control):
     return control[at + 6:at + 6 + (control[at + 5] & 0x1F)].decode(errors="replace")
 
 
+def has_word(control, word):
+    """Returns whether a string of the control frame is `word` (shorter than 32 letters)."""
+    return _fixstr(word) in control
+
+
 def with_number(control, key, value):
     """Returns the control frame with another unsigned number for the existing `key` (shorter than 32 letters)."""
     at = control.index(_fixstr(key)) + 1 + len(key)
