@@ -1,5 +1,6 @@
 """What the commands print: help, facts about scenes, progress."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -100,6 +101,14 @@ class Talk(CliTest):
             result = run("validate", scene)
             self.assertEqual((result.returncode, result.stderr), (0, ""))
 
+    def read_terminal(self, main):
+        """What was written to it; one read() may return a part only."""
+        text = b""
+        with contextlib.suppress(OSError):  # the system's word for the end
+            while part := os.read(main, 100000):
+                text += part
+        return text.decode()
+
     def test_a_terminal_gets_a_bar_and_a_log_gets_lines(self):
         arguments = [BIN / "parray", "render", self.scene, "-o", self.path("a.png")]
         for term, bar in (("xterm", True), ("dumb", False)):
@@ -107,7 +116,7 @@ class Talk(CliTest):
             result = subprocess.run(arguments, stderr=terminal, stdout=subprocess.PIPE, check=False,
                                     env={**os.environ, "TERM": term})
             os.close(terminal)
-            text = os.read(main, 100000).decode()
+            text = self.read_terminal(main)
             os.close(main)
             self.assertEqual(result.returncode, 0)
             self.assertEqual("\r[" in text, bar)

@@ -6,6 +6,7 @@ import concurrent.futures
 import http.client
 import io
 import json
+import select
 import struct
 import threading
 import unittest
@@ -62,6 +63,10 @@ class Waits(WebCase):
             stream = http.client.HTTPConnection(farm.web, timeout=60)
             stream.request("GET", "/api/v1/events")
             self.assertEqual(stream.getresponse().status, 200)
+            refused = select.poll()
+            for connection in waiting:
+                refused.register(connection.sock, select.POLLIN)
+            wait_for(lambda: len(refused.poll(0)) >= 460, "the refusals")  # the others wait until the job is done
             farm.start_worker("one")
             statuses = []
             for connection in waiting:

@@ -95,8 +95,8 @@ class Jobs(WebCase):
             self.assertGreater(max(struct.unpack("<20000f", widths.body)), 0)
             self.assertEqual(farm.get(f"/jobs/{job}/error.png").body[1:4], b"PNG")
             farm.ask("POST", f"/api/v1/jobs/{job}/pause")
-            worker.kill()
-
+            worker.terminate()
+            wait_for(lambda: farm.get("/workers").json()["total"] == 0, "the worker's last message")
             self.assertEqual(farm.state(job), "paused")
             taken = farm.get(f"/jobs/{job}").json()["progress"]
             cancelled = farm.ask("POST", f"/api/v1/jobs/{job}/cancel").json()
