@@ -10,6 +10,7 @@ import time
 import unittest
 
 from farm import wait_for
+from mpi import committed
 from web import SCENE, Web, WebCase
 
 LONG = {**SCENE, "render": {"samples_per_pixel": 4_000_000}}
@@ -67,7 +68,9 @@ class Glance(WebCase):
                 wait_for(lambda: farm.state(job) == "done", "the picture")
                 had = farm.get("/farm").json()["users"][0]["thread_seconds"]
                 farm.submitted(farm.post_scene(LONG))
-                time.sleep(6)  # progress and tracing time are stored every few seconds while progress changes
+                # Progress and tracing time are stored every few seconds while progress changes.
+                stored = lambda: json.loads(committed(state, "SELECT text FROM notes WHERE name = 'users'") or "{}")
+                wait_for(lambda: stored().get("", 0) >= 0.999 * had, "the tracing time to be stored")
                 farm.coordinator.kill()
                 farm.coordinator.wait()
                 farm.start_coordinator(farm.address)

@@ -173,15 +173,21 @@ def kept_bytes(state):
 
 def committed_bytes(state):
     """How many bytes of finished rows the last commit counts, even while a coordinator runs."""
+    return committed(state, "SELECT total(bytes) FROM logs") or 0
+
+
+def committed(state, query):
+    """The value that the state's database has for a query, even while a coordinator runs; None: none, or ask again."""
     with tempfile.TemporaryDirectory() as copy:  # a coordinator locks its database
         for name in ("parray.sqlite", "parray.sqlite-wal"):
             with contextlib.suppress(FileNotFoundError):
                 shutil.copy(state / name, copy)
         try:
             with contextlib.closing(sqlite3.connect(f"file:{copy}/parray.sqlite?mode=rw", uri=True)) as store:
-                return store.execute("SELECT total(bytes) FROM logs").fetchone()[0]
+                found = store.execute(query).fetchone()
+                return found and found[0]
         except sqlite3.Error:  # copied while it was made or written
-            return 0
+            return None
 
 
 def rows_files(state):
