@@ -275,7 +275,7 @@ class History:
         process.send_signal(signal.SIGCONT)
         process.send_signal(signal.SIGTERM)
         try:
-            status = process.wait(timeout=20)
+            status = process.wait(timeout=PATIENCE)
         except subprocess.TimeoutExpired:
             raise Wrong(f"{process.args[0]} does not end on SIGTERM: {process.log}") from None
         said = process.log.read_text()
@@ -434,7 +434,7 @@ class History:
 
     def check_impostor(self):
         if self.plan.impostor == "another release":
-            if self.impostor.wait(timeout=30) != 1 or "trace version" not in self.impostor.log.read_text():
+            if self.impostor.wait(timeout=PATIENCE) != 1 or "trace version" not in self.impostor.log.read_text():
                 raise Wrong("a worker of another release was not refused: " + self.impostor.log.read_text())
 
     def end(self):
@@ -444,9 +444,9 @@ class History:
                 self.end_process(process)
         if own_namespaces():
             for process in self.farm.processes:
-                process.wait(timeout=30)
+                process.wait(timeout=PATIENCE)
             try:
-                wait_for(lambda: not processes_left(), "all processes to end", 10)
+                wait_for(lambda: not processes_left(), "all processes to end", PATIENCE)
             except AssertionError:
                 raise Wrong("processes are left: " + " ".join(
                     pathlib.Path("/proc", pid, "cmdline").read_text() for pid in processes_left())) from None

@@ -96,7 +96,7 @@ class Strangers(Farms):
                      for keys in ((), ("--keys", others / "worker.key"))]
         poser = self.right.start("parray-worker", "--coordinator", self.address, "--name", "poser", "--keys",
                                  self.keys / "ann.key")
-        self.assertEqual(poser.wait(timeout=20), 1)
+        self.assertEqual(poser.wait(timeout=60), 1)
         self.assertIn("the key 'ann' has the role client", poser.log.read_text())
         submitted = self.client("submit", SCENE, *SMALL, key="worker")
         self.assertEqual(submitted.returncode, 2)
@@ -165,14 +165,14 @@ class Links(Farms):
 
 class Long(Farms):
     def test_after_a_long_partition_all_are_back_within_seconds(self):
-        """With TCP alone, the next attempt would come after half of the partition's time again."""
+        """With TCP alone, the next attempt would come after half of the partition's time again, 20 s."""
         wait_for(lambda: self.log().count(" joined ") >= 2, "both workers")
         self.head.blackhole(True)
         time.sleep(40)
         self.head.blackhole(False)
         healed = time.monotonic()
         self.wait_for_log(" joined ", 4)
-        self.assertLess(time.monotonic() - healed, 6)
+        self.assertLess(time.monotonic() - healed, 12)
 
 
 if __name__ == "__main__":

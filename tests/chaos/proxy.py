@@ -88,7 +88,7 @@ address `source`, if given."""
             self.swallow(False)
 
     def _call(self, coroutine):
-        return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(timeout=30)
+        return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(timeout=60)
 
     async def _stop(self):
         self._server.close()

@@ -34,7 +34,7 @@ TEST_CASE("a client with two addresses finds the coordinator at the second and s
   const double found = seconds_to_answer();
   CHECK(found >= 5);
   CHECK(found < 10);
-  CHECK(seconds_to_answer() < 2);
+  CHECK(seconds_to_answer() < 5);  // so long it would try the first again
 }
 
 TEST_CASE("a list with a bad address is refused at once, whichever it is") {

@@ -13,12 +13,12 @@
 namespace parray::test {
 namespace {
 
-/// A coordinator that serves a free port in a separate thread.
-CoordinatorOptions quick() {
+/// Returns options of a coordinator that keeps silent workers and, unless told otherwise, leases.
+CoordinatorOptions quick(Time lease_timeout = seconds(60)) {
   CoordinatorOptions options;
   options.heartbeat = milliseconds(50);
   options.silence = seconds(20);
-  options.lease_timeout = milliseconds(300);
+  options.lease_timeout = lease_timeout;
   options.fingerprint = "same";
   return options;
 }
@@ -56,7 +56,7 @@ struct OneLease {
 }  // namespace
 
 TEST_CASE("a result after its lease's deadline is stale, and the lease is granted again") {
-  const Server server(quick());
+  const Server server(quick(milliseconds(300)));
   const OneLease job;
   Peer worker(server);
   worker.join("slow");

@@ -4,6 +4,7 @@ command line show them."""
 
 import json
 import os
+import re
 import signal
 import socket
 import time
@@ -109,8 +110,7 @@ class Workers(WebCase):
             wait_for(lambda: farm.get("/workers/one").json()["contribution"] > 0, "its contribution")
             contribution = farm.get("/farm").json()["contribution"]
             self.assertGreater(contribution, 0)
-            shown = farm.client("workers", "show", "one")
-            self.assertRegex(shown.stdout, rf"traces +job {job} for")
+            wait_for(lambda: re.search(rf"traces +job {job} for", farm.client("workers", "show", "one").stdout), "its job")
             self.assertEqual(json.loads(farm.client("workers", "show", "one", "--json").stdout)["name"], "one")
             self.assertIn("LAST MINUTE", farm.client("workers").stdout)
 
