@@ -131,7 +131,7 @@ class PackedBench(unittest.TestCase):
             (build / "bin").symlink_to(BIN)
             code_in(build / "device")
             script = SOURCE / "tests/bench/device"
-            subprocess.run([script, "--build", build, "--pack", pack], check=True, timeout=60)
+            subprocess.run([script, "--build", build, "--pack", pack], check=True, timeout=300)
             result = subprocess.run([pack / "tests/bench/device", "--build", pack, "--driver", STAND_IN, "-o", pack / "out",
                                      *SMALL, "--spheres", "486", "--precisions", "f32"], capture_output=True, text=True,
                                     timeout=300, env={"PATH": "/usr/bin:/bin"})

@@ -339,13 +339,13 @@ TEST_CASE("a child process that does not end is killed with its own children") {
       script(directory.path(), "child",
              "sleep 1000 &\necho $! > " + file + ".new\nmv " + file + ".new " + file + "\nwait");
   Time limit = seconds(1);
-  const auto end_of_child = [&] {
+  const auto killed_child = [&] {
     return run_child({child.string()}, {}, directory.path() / "log", limit);
   };
-  ChildEnd end = end_of_child();
+  ChildEnd end = killed_child();
   while (!fs::exists(file) && limit < seconds(60)) {  // on a slow machine, it starts slowly
     limit *= 4;
-    end = end_of_child();
+    end = killed_child();
   }
   CHECK(end.timed_out);
   const SteadyClock clock;

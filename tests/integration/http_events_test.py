@@ -55,7 +55,7 @@ class Events(WebCase):
                 if listener.response.status == 200:
                     listeners.append(listener)
                     return True
-                listener.close()
+                listener.connection.close()
                 return False
             wait_for(again, "room for another")
             for listener in listeners:

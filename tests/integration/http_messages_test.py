@@ -88,7 +88,7 @@ class Lengths(unittest.TestCase):
                                 (put + b"Content-Length: 4097\r\n\r\n", b"4096 bytes"),
                                 (put + b"Content-Length: 100000\r\n\r\n", b"4096 bytes")):
                 with connect(farm) as connection:
-                    connection.settimeout(5)  # less than the server waits for a body
+                    connection.settimeout(8)  # less than the server waits for a body
                     connection.sendall(head)
                     answer = http.client.HTTPResponse(connection)
                     answer.begin()
