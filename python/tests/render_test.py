@@ -321,6 +321,9 @@ class Interruptions(Test):
 
     def test_control_c_ends_the_program(self):
         main_thread = threading.get_ident()
+        # A shell that starts the tests in the background ignores SIGINT for them.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGINT, before)
         def interrupt(_):
             signal.pthread_kill(main_thread, signal.SIGINT)
         with self.assertRaises(KeyboardInterrupt):

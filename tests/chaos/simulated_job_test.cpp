@@ -9,6 +9,7 @@
 #include "tests/experiments/simulation/sim_job.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
+#include "tests/support/trials.h"
 
 namespace parray::test {
 namespace {
@@ -100,10 +101,10 @@ double efficiency_of(const JobOptions& options) {
 }  // namespace
 
 TEST_CASE(
-    "200 random jobs end while rank 0 lives: every cell merged once, every second accounted for") {
+    "100 random jobs end while rank 0 lives: every cell merged once, every second accounted for") {
   std::uint64_t copies = 0;
   std::uint64_t duplicates = 0;
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+  for (std::uint64_t seed = 0; seed < trials(100); ++seed) {
     CAPTURE(seed);
     Dice dice(seed);
     const JobOptions options = random_job(dice);

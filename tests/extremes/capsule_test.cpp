@@ -66,7 +66,7 @@ TEST_CASE_TEMPLATE("a ray meets a capsule within 6 ulp of its surface, at every 
                    Real, float, double) {
   Dice dice(seeded(201));
   WorstPassage worst;
-  for (std::uint64_t i = 0; i < trials(12'000); ++i) {
+  for (std::uint64_t i = 0; i < trials(5'000); ++i) {
     const CapsuleShape<Real> capsule = any_capsule<Real>(dice, 12);
     const double impact = dice.one_in(2) ? dice.between(0, 1.2) : 1 + dice.between(-1e-6, 1e-6);
     worst.look_at(ray_at(dice, capsule, impact, 1e4), capsule);
@@ -83,7 +83,7 @@ TEST_CASE_TEMPLATE("a ray meets a capsule within 6 ulp of its surface, at every 
 TEST_CASE_TEMPLATE("a capsule scaled by a power of two is met at the scaled distance, bit for bit",
                    Real, float, double) {
   Dice dice(seeded(203));
-  for (std::uint64_t i = 0; i < trials(8'000); ++i) {
+  for (std::uint64_t i = 0; i < trials(3'000); ++i) {
     const CapsuleShape<Real> capsule = any_capsule<Real>(dice, 2);
     const Ray<Real> ray = ray_at(dice, capsule, dice.between(0, 1.1), 1e3);
     const auto factor = static_cast<Real>(std::ldexp(1.0, static_cast<int>(dice.between(-8, 8))));

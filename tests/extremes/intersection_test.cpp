@@ -119,7 +119,7 @@ TEST_CASE(
     "row 1: entries err by at most 8 ulp(S) over 24 decades of radii, in f64 by 2^-27 of f32") {
   std::array<WorstEntry, 2> worst;
   Dice dice(seeded(1));
-  for (std::uint64_t i = 0; i < trials(250'000); ++i) {
+  for (std::uint64_t i = 0; i < trials(100'000); ++i) {
     const double impact = dice.between(0, 1.1);
     worst[0].look_at(sphere_case<float>(dice, 12, impact, 1.0001, 1e7));
     worst[1].look_at(sphere_case<double>(dice, 12, impact, 1.0001, 1e7));
@@ -132,8 +132,8 @@ TEST_CASE(
     within(1, "the same of spheres smaller than 4 ulp of their distance" + name, worst[k].speck, 3);
     within(1, "error of the normal x sqrt(1 - b^2) / ulp(S)" + name, worst[k].normal, 8);
     within(16, "unit length of normals / ulp" + name, worst[k].unit, 2);
-    CHECK(worst[k].hits > 150'000);
-    CHECK(worst[k].misses > 10'000);
+    CHECK(worst[k].hits > 60'000);
+    CHECK(worst[k].misses > 4'000);
   }
   // In the same unit: an ulp of f64 is 2^-29 ulp of f32.
   within(1, "worst backward error, f64 / f32 x 2^27", 0.25 * worst[1].backward / worst[0].backward,
@@ -146,18 +146,18 @@ TEST_CASE("row 1: lanes of every instruction set keep the error bounds in every 
   for (const Isa isa : instruction_sets()) {
     CAPTURE(name_of(isa));
     const std::string name = ", " + std::string(name_of(isa));
-    const LaneErrors single = worst_of_lanes<SinglePrecision>(isa, trials(60));
+    const LaneErrors single = worst_of_lanes<SinglePrecision>(isa, trials(30));
     within(1, "backward error / ulp(S), f32" + name, single.backward, 8);
     within(1, "forward error x sqrt(1 - b^2) / ulp(S), f32" + name, single.forward, 8);
     within(1, "tangency of wrong answers / ulp(S), f32" + name, single.band, 2);
     within(1, "the same of spheres smaller than 4 ulp of their distance, f32" + name, single.speck,
            3);
-    const LaneErrors mixed = worst_of_lanes<MixedPrecision>(isa, trials(60));
+    const LaneErrors mixed = worst_of_lanes<MixedPrecision>(isa, trials(30));
     within(1, "backward error / f32 ulp(S), mixed" + name, mixed.backward * f64_in_f32, 2);
     within(1, "forward error x sqrt(1 - b^2) / f32 ulp(S), mixed" + name,
            mixed.forward * f64_in_f32, 2);
     within(1, "tangency of wrong answers / (2^-40 S), mixed" + name, mixed.band * 0x1p-12, 1);
-    const LaneErrors whole = worst_of_lanes<DoublePrecision>(isa, trials(60));
+    const LaneErrors whole = worst_of_lanes<DoublePrecision>(isa, trials(30));
     within(1, "backward error / ulp(S), f64" + name, whole.backward, 8);
     within(1, "forward error x sqrt(1 - b^2) / ulp(S), f64" + name, whole.forward, 8);
     within(1, "tangency of wrong answers / ulp(S), f64" + name, whole.band, 2);
@@ -313,7 +313,7 @@ TEST_CASE_TEMPLATE("row 14: no number within the accepted range results in an in
                    Real, float, double) {
   Dice dice(seeded(14));
   double bad = 0;
-  for (std::uint64_t i = 0; i < trials(200'000); ++i) {
+  for (std::uint64_t i = 0; i < trials(100'000); ++i) {
     const auto coordinate = [&] {
       return static_cast<Real>(dice.sign() *
                                (dice.one_in(4) ? limits::max_length : dice.ten_to(-18, 15)));

@@ -330,7 +330,7 @@ TEST_CASE(
       });
   within(51, "two far places whose pictures differ", different, 0);
   const Scene there = moved(here, step);
-  RenderSettings settings = sized(96, 64, trials(1024), 12);
+  RenderSettings settings = sized(96, 64, trials(256), 12);
   for (const Precision precision : precisions) {
     settings.precision = precision;
     const std::vector<double> a = means_of(lane_sums(here, settings), here, settings);

@@ -136,7 +136,7 @@ TEST_CASE("regression: with its precision, every scene follows the same paths as
     CAPTURE(named.name);
     Named cut = named;
     cut.settings.max_depth = std::min(named.settings.max_depth, 60U);
-    const std::uint64_t count = trials(1200);
+    const std::uint64_t count = trials(600);
     const PathSteps exactly = follow_all(cut, exact_scene(cut.scene, cut.settings), count);
     const Precision precision = named.settings.precision;
     within(100,
@@ -151,7 +151,7 @@ TEST_CASE("regression: with its precision, the mean of every scene equals that o
   for (const Named& named : all()) {
     CAPTURE(named.name);
     RenderSettings settings = named.settings;
-    settings.samples_per_pixel = static_cast<std::uint32_t>(trials(64));
+    settings.samples_per_pixel = static_cast<std::uint32_t>(trials(32));
     const ReferenceSums sums = lane_sums(named.scene, settings);
     CHECK(sums.counts.nonfinite == 0);
     CHECK(sums.counts.rays > sums.counts.samples);
@@ -262,7 +262,7 @@ TEST_CASE("row 27: light in the crevice under a ball is exact; with a t_min it i
   RenderSettings settings = named.settings;
   settings.width = picture_width;
   settings.height = picture_height;
-  settings.samples_per_pixel = static_cast<std::uint32_t>(trials(600));
+  settings.samples_per_pixel = static_cast<std::uint32_t>(trials(200));
   const auto mean_in = [&](Precision precision) {
     settings.precision = precision;
     const auto means = means_of(lane_sums(named.scene, settings), named.scene, settings);

@@ -10,6 +10,7 @@
 #include "common/trace/reference/linear.h"
 #include "tests/support/ray_queries.h"
 #include "tests/support/rooms.h"
+#include "tests/support/trials.h"
 
 /// Comparisons of accelerators with linear search, one ray at a time, bit by bit.
 namespace parray::test {
@@ -51,7 +52,7 @@ void check_equal(const std::string& name, const Spheres<Real>& spheres, Dice& di
 template <typename A, typename Real>
 void check_equal_everywhere() {
   Dice dice(1);
-  constexpr int rays = 20'000;
+  const int rays = static_cast<int>(trials(8000));
   check_equal<A>("scattered", scattered<Real>(dice), dice, 2 * rays);
   check_equal<A>("clustered", clustered<Real>(dice), dice, rays);
   check_equal<A>("one weekend", one_weekend<Real>(dice), dice, 2 * rays);
@@ -61,7 +62,7 @@ void check_equal_everywhere() {
   check_equal<A>("doubled grid", doubled_grid<Real>(dice), dice, 2 * rays);
   check_equal<A>("ring", ring<Real>(dice), dice, rays);
   check_equal<A>("every size", every_size<Real>(dice), dice, rays);
-  check_equal<A>("10 000 coincident", coincident<Real>(10'000), dice, 2200);
+  check_equal<A>("10 000 coincident", coincident<Real>(10'000), dice, rays / 9);
   check_equal<A>("one", coincident<Real>(1), dice, rays);
   check_equal<A>("two", coincident<Real>(2), dice, rays);
   check_equal<A>("two apart", Spheres<Real>{shape<Real>({}, 1), shape<Real>({3, 0, 0}, 1)}, dice,

@@ -8,20 +8,10 @@
 #include <string>
 
 #include "tests/support/rooms.h"
+#include "tests/support/trials.h"
 
-/// Trials, seeds and reports of the tests of numerical extremes.
+/// Seeds and reports of the tests of numerical extremes.
 namespace parray::test {
-
-inline std::uint64_t environment_number(const char* name, std::uint64_t otherwise) {
-  const char* const text =
-      std::getenv(name);  // NOLINT(concurrency-mt-unsafe): no thread changes it
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
-
-/// Returns the number of trials: `usual` times PARRAY_EXTREMES_DEEP (default 1).
-inline std::uint64_t trials(std::uint64_t usual) {
-  return usual * environment_number("PARRAY_EXTREMES_DEEP", 1);
-}
 
 /// Returns `seed` for this run. PARRAY_EXTREMES_SEED selects other random cases.
 inline std::uint64_t seeded(std::uint64_t seed) {

@@ -12,6 +12,7 @@
 #include "common/trace/reference/linear.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/rooms.h"
+#include "tests/support/trials.h"
 
 /// What lanes of every instruction set find, with the tree and without, against linear search by
 /// the scalar functions, bit by bit.
@@ -129,7 +130,7 @@ TEST_CASE_TEMPLATE("lanes find the very hits of linear search", P, SinglePrecisi
                    DoublePrecision) {
   using Store = typename P::Store;
   Dice dice(1);
-  constexpr int rays = 11'000;
+  const int rays = static_cast<int>(trials(7000));
   check_equal<P>("scattered", scattered<Store>(dice), dice, 2 * rays);
   check_equal<P>("clustered", clustered<Store>(dice), dice, rays);
   check_equal<P>("one weekend", one_weekend<Store>(dice), dice, 2 * rays);
@@ -141,7 +142,7 @@ TEST_CASE_TEMPLATE("lanes find the very hits of linear search", P, SinglePrecisi
   check_equal<P>("every size", every_size<Store>(dice), dice, rays);
   check_equal<P>("few giants", touching_giants<Store>(dice, 3), dice, 2 * rays);
   check_equal<P>("many giants", touching_giants<Store>(dice, 40), dice, rays);
-  check_equal<P>("10 000 coincident", coincident<Store>(10'000), dice, 1100);
+  check_equal<P>("10 000 coincident", coincident<Store>(10'000), dice, rays / 10);
   check_equal<P>("one", coincident<Store>(1), dice, rays);
   check_equal<P>("two", coincident<Store>(2), dice, rays);
   check_equal<P>("two apart", {shape<Store>({}, 1), shape<Store>({3, 0, 0}, 1)}, dice, rays);

@@ -205,7 +205,7 @@ TEST_CASE("a process killed at any step of a commit leaves the state before it o
 
 TEST_CASE(
     "a disk that fills up at any byte loses nothing, and stores everything once there is room") {
-  check_full_disks(7);
+  check_full_disks(17);
 }
 
 TEST_CASE("long: a disk that fills up at each byte loses nothing" * doctest::skip()) {

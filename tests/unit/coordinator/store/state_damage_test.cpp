@@ -19,6 +19,7 @@
 #include "tests/support/rooms.h"
 #include "tests/support/stored_state.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/trials.h"
 
 namespace parray::test {
 namespace {
@@ -194,8 +195,7 @@ TEST_CASE("after any damage every acknowledged job is correct or reported") {
   const fs::path closed = directory.path() / "closed";
   const fs::path damaged = directory.path() / "damaged";
   const Acknowledged acknowledged = make_killed_state(killed, closed);
-  const char* more = std::getenv("PARRAY_DAMAGES");  // NOLINT(concurrency-mt-unsafe)
-  const std::uint64_t histories = more == nullptr ? 300 : std::strtoull(more, nullptr, 10);
+  const std::uint64_t histories = trials(120);
   std::uint64_t refused = 0;
   std::uint64_t lossy = 0;
   for (std::uint64_t seed = 1; seed <= histories; ++seed) {
