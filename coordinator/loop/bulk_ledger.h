@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 
 #include "proto/frame.h"
@@ -24,19 +25,22 @@ class BulkLedger {
 
   /// Counts one answer until it is destroyed.
   using Ticket = std::shared_ptr<const void>;
-  /// Admits an answer of `bytes`. Null: there is no room now. A single answer may exceed the limit
-  /// if no other answer is counted. Takes logarithmic time in the number of clients.
-  Ticket admit(const PeerId& peer, std::uint64_t bytes);
+  /// Admits an answer of `bytes` to the client's request of this number. Null: there is no room
+  /// now. A single answer may exceed the limit if no other answer is counted. Takes logarithmic
+  /// time in the number of clients.
+  Ticket admit(const PeerId& peer, std::uint64_t bytes, std::uint64_t request = 0);
   /// Returns whether an answer to this client is counted.
   [[nodiscard]] bool serves(const PeerId& peer) const;
+  /// Returns whether an answer to the client's request of this number is counted.
+  [[nodiscard]] bool serves(const PeerId& peer, std::uint64_t request) const;
   /// Returns the bytes of all counted answers.
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
   /// The counted answers. Tickets may outlive the ledger and share this.
   struct UnderWay {
-    std::mutex mutex;  // guards the members below
-    std::map<PeerId, std::size_t> answers;
+    std::mutex mutex;                                        // guards the members below
+    std::map<PeerId, std::multiset<std::uint64_t>> answers;  ///< numbers of requests
     std::uint64_t bytes = 0;
   };
   struct Entry;

@@ -57,6 +57,7 @@ static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
 }
 
 void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
+  if (farm_.bulk.serves(peer, m.request)) return;  // clients repeat a request until its answer
   const Job* job = find_or_refuse(peer, m.request, m.job, true);
   if (job == nullptr) return;
   if (job->record.state == JobState::done) {
@@ -71,7 +72,7 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
 /// Counts an answer of `bytes`. If there is no room now, sends an error and returns null.
 BulkLedger::Ticket ClientRequests::admit_bulk(const PeerId& peer, std::uint64_t request,
                                               std::uint64_t bytes) {
-  BulkLedger::Ticket ticket = farm_.bulk.admit(peer, bytes);
+  BulkLedger::Ticket ticket = farm_.bulk.admit(peer, bytes, request);
   if (!ticket) {
     farm_.send(
         peer, msg::Error{request, 2,
@@ -234,6 +235,7 @@ void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, cons
 
 /// Sends the journal: one line per merged lease, also of an unfinished job.
 void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
+  if (farm_.bulk.serves(peer, m.request)) return;
   const Job* job = find_or_refuse(peer, m.request, m.job);
   if (job == nullptr) return;
   const auto answer = std::make_shared<msg::JournalData>();
@@ -274,6 +276,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
 /// Sends the scene of a job to its owner, for denoising and labels. A worker gets scenes by
 /// `need_scene`.
 void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
+  if (farm_.bulk.serves(peer, m.request)) return;
   const Job* job = find_or_refuse(peer, m.request, m.job);
   if (job == nullptr) return;
   const JobRecord& record = job->record;

@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import os
-import socket
 import struct
 import subprocess
 import sys
@@ -14,6 +13,7 @@ os.environ.setdefault("PARRAY_BIN_DIR", str(BIN))
 os.environ.setdefault("PARRAY_SOURCE_DIR", str(SOURCE))
 sys.path.insert(0, str(SOURCE / "tests/integration"))
 import farm as integration
+import web
 
 HELIX = SOURCE / "scenes/particles/helix.pdb"
 LONG = {"width": 400, "height": 300, "spp": 100000}
@@ -32,12 +32,10 @@ class FarmTest(Test):
         self.start()
 
     def start(self, *options, token=None):
-        with socket.create_server(("127.0.0.1", 0)) as free:
-            port = free.getsockname()[1]
-        self.processes = integration.Farm("--http", f"127.0.0.1:{port}", *options, log_level="info")
+        self.processes = web.Web(*options, log_level="info")
         self.addCleanup(self.processes.close)
         self.processes.start_coordinator()
-        self.farm = parray.Farm(f"http://127.0.0.1:{port}", token)
+        self.farm = parray.Farm(f"http://{self.processes.web}", token)
 
     def start_worker(self):
         self.processes.start_worker("w", 2)

@@ -10,6 +10,7 @@ import zipfile
 import fake_rules
 from browser import DESKTOP, PHONE, BrowserTest, axe, expect
 from fake_jobs import SERIES, JobFarm
+from presses import wait_until
 
 
 class SeriesTest(BrowserTest):
@@ -30,9 +31,10 @@ class Thumbnails(SeriesTest):
             page = self.open_series(farm)
             expect(page.locator(".frame")).to_have_count(400)
             expect(page.locator(".frame img[src]").first).to_be_visible()
+            small = lambda: [path for _, path in farm.asked if path.endswith("image.png?width=128")]
+            wait_until(lambda: len(small()) > 5, lambda: f"only {small()} were requested", page)
             page.wait_for_timeout(1500)
-            asked = [path for _, path in farm.asked if path.endswith("image.png?width=128")]
-            self.assertGreater(len(asked), 5)
+            asked = small()
             self.assertLess(len(asked), 100)  # of 133 with a picture
             self.assertFalse([path for _, path in farm.asked if re.search(r"image\.png$|pixels", path)])
             frame = page.locator(".frame").nth(100)

@@ -71,6 +71,7 @@ class MpiRun:
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="parray-test-"))
         self.picture = self.directory / picture
         options = list(options)
+        self.state = options[options.index("--state") + 1] if "--state" in options else None
         if "-o" not in options:
             options += ["-o", self.picture, "--report", self.directory / "a.json"]
         self.log = self.directory / "log"
@@ -134,6 +135,16 @@ class MpiRun:
             raise JobOverTooEarly(f"rank {rank} is over: {self.text()}") from None
         return pid
 
+    @contextlib.contextmanager
+    def stopped(self, rank):
+        """A rank is stopped meanwhile."""
+        pid = self.send(signal.SIGSTOP, rank)
+        yield
+        try:
+            os.kill(pid, signal.SIGCONT)
+        except ProcessLookupError:
+            raise JobOverTooEarly(f"rank {rank} ended before it was stopped: {self.text()}") from None
+
     def ranks(self):
         return [pid for pid, (_, _, name) in processes_of_session(self.process.pid).items()
                 if name.startswith("parray-mpi")]
@@ -141,13 +152,15 @@ class MpiRun:
     def wait(self, timeout=120):
         """The exit status; no rank is left then."""
         self.process.wait(timeout)
-        wait_for(lambda: not self.ranks(), "the ranks to end", timeout=10)
+        wait_for(lambda: not self.ranks(), "the ranks to end")
         return self.process.returncode
 
     def wait_for_failure(self, may_be_done=False):
         """Until a disturbed job has failed. `may_be_done`: other ranks can finish its work meanwhile."""
         if self.wait() == 0 or (not may_be_done and re.search("100.0 % +done", self.text())):
             raise JobOverTooEarly("the job is done: " + self.text())
+        if self.state:
+            check_unfinished(self.state)
 
     def text(self):
         return self.log.read_text()
@@ -171,11 +184,6 @@ def kept_bytes(state):
     return sum(rows_files(state))
 
 
-def committed_bytes(state):
-    """How many bytes of finished rows the last commit counts, even while a coordinator runs."""
-    return committed(state, "SELECT total(bytes) FROM logs") or 0
-
-
 def committed(state, query):
     """The value that the state's database has for a query, even while a coordinator runs; None: none, or ask again."""
     with tempfile.TemporaryDirectory() as copy:  # a coordinator locks its database
@@ -188,6 +196,17 @@ def committed(state, query):
                 return found and found[0]
         except sqlite3.Error:  # copied while it was made or written
             return None
+
+
+def committed_bytes(state):
+    """How many bytes of finished rows the last commit counts."""
+    return committed(state, "SELECT total(bytes) FROM logs") or 0
+
+
+def check_unfinished(state):
+    """The state of a killed program has no finished job."""
+    if committed(state, "SELECT count(*) FROM pictures"):
+        raise JobOverTooEarly(f"the job in {state} is done")
 
 
 def rows_files(state):

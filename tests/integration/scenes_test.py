@@ -11,8 +11,7 @@ import tempfile
 import unittest
 
 from farm import Farm, run, wait_for
-
-SIZE = ["--width", "64", "--height", "48", "--spp", "16", "--schedule", "static"]
+from mpi import JobOverTooEarly, again_with_longer_jobs
 
 
 def bytes_of(worker):
@@ -25,6 +24,8 @@ def bytes_of(worker):
 
 
 class Spread(unittest.TestCase):
+    spp = 16
+
     @classmethod
     def setUpClass(cls):
         dice = random.Random(1)
@@ -32,11 +33,20 @@ class Spread(unittest.TestCase):
         cls.scene = pathlib.Path(cls.directory.name) / "dust.csv"
         rows = (f"{dice.uniform(-9, 9)},{dice.uniform(-9, 9)},{dice.uniform(-9, 9)},0.05" for _ in range(60000))
         cls.scene.write_text("x,y,z,radius\n" + "\n".join(rows) + "\n")
+        cls.take_job()
+
+    @classmethod
+    def take_job(cls):
+        cls.job = [cls.scene, "--width", "64", "--height", "48", "--spp", str(cls.spp), "--schedule", "static"]
         picture = pathlib.Path(cls.directory.name) / "a.png"
         report = pathlib.Path(cls.directory.name) / "a.json"
-        result = run("render", cls.scene, "-o", picture, "--report", report, *SIZE)
+        result = run("render", "-o", picture, "--report", report, *cls.job)
         assert result.returncode == 0, result.stderr
         cls.expected = json.loads(report.read_text())["image_sha256"]
+
+    def make_longer(self):
+        type(self).spp *= 4
+        self.take_job()
 
     @classmethod
     def tearDownClass(cls):
@@ -54,14 +64,25 @@ class Spread(unittest.TestCase):
                          "the scene to be forgotten")
         return int(found.group(1)), int(found.group(2))
 
+    def check_all_took_part(self, said):
+        """What each worker has said of its bytes; one that did not run meanwhile had its work done by others."""
+        if any(s[0] + s[1] == 0 for s in said):
+            raise JobOverTooEarly(f"a worker had no time to request the scene: {said}")
+
+    def check_unfinished(self, farm, job):
+        if farm.job(job)["state"] in ("finishing", "done"):
+            raise JobOverTooEarly(f"job {job} is over")
+
+    @again_with_longer_jobs
     def test_workers_of_a_machine_get_one_copy_from_the_coordinator(self):
         with Farm() as farm:
             workers = self.workers(farm, 5)
-            report = farm.finish(farm.submit(self.scene, *SIZE))
+            report = farm.finish(farm.submit(*self.job))
             self.assertEqual(report["image_sha256"], self.expected)
             count, sent = self.sent_bytes(farm)
-            self.assertEqual(count, 5)
             said = [bytes_of(worker) for worker in workers]
+            self.check_all_took_part(said)
+            self.assertEqual(count, 5)
             self.assertEqual(sum(s[0] for s in said), sent)
             self.assertEqual({s[0] + s[1] for s in said}, {sent})  # each has it once
             self.assertEqual(sum(s[2] for s in said), 4 * sent)
@@ -70,24 +91,32 @@ class Spread(unittest.TestCase):
     def test_without_sharing_all_comes_from_the_coordinator(self):
         with Farm() as farm:
             workers = self.workers(farm, 3, "--sharing", "off")
-            report = farm.finish(farm.submit(self.scene, *SIZE))
+            report = farm.finish(farm.submit(*self.job))
             self.assertEqual(report["image_sha256"], self.expected)
             _, sent = self.sent_bytes(farm)
             said = [bytes_of(worker) for worker in workers]
             self.assertEqual([s[1:] for s in said], [[0, 0]] * 3)
             self.assertEqual(sum(s[0] for s in said), sent)
 
+    @again_with_longer_jobs
     def test_a_stopped_source_is_replaced_by_another(self):
         with Farm("--heartbeat", "0.2") as farm:
             first = self.workers(farm, 1)[0]
-            job = farm.submit(self.scene, *SIZE)
+            job = farm.submit(*self.job)
             wait_for(lambda: "a scene has come" in first.log.read_text(), "the scene")
             first.send_signal(signal.SIGSTOP)  # the machine's source
             farm.start_worker("late")
-            wait_for(lambda: "for worker 2 'late': from w0" in farm.coordinator_log() or
-                     "for worker 2 'late': from the coordinator" in farm.coordinator_log(), "another worker's question")
+
+            def asks():
+                if re.search("for worker 2 'late': from (w0|the coordinator)", farm.coordinator_log()):
+                    return True
+                self.check_unfinished(farm, job)
+                return False
+
+            wait_for(asks, "another worker's question")
             self.assertEqual(farm.finish(job)["image_sha256"], self.expected)
 
+    @again_with_longer_jobs
     def test_farms_with_keys_share_scenes_too(self):
         with tempfile.TemporaryDirectory() as directory:
             keys = pathlib.Path(directory) / "farm"
@@ -97,10 +126,11 @@ class Spread(unittest.TestCase):
                 workers = [farm._start("parray-worker", "--connect", farm.address, "--threads", 1, "--keys", keys)
                            for _ in range(3)]
                 wait_for(lambda: farm.coordinator_log().count("joined with") == 3, "the workers")
-                job = run("submit", self.scene, *SIZE, env=env)
+                job = run("submit", *self.job, env=env)
                 self.assertEqual(job.returncode, 0, job.stderr)
                 self.assertEqual(run("watch", job.stdout.strip(), env=env).returncode, 0)
                 said = [bytes_of(worker) for worker in workers]
+                self.check_all_took_part(said)
                 self.assertEqual(sum(1 for s in said if s[0] > 0), 1)
                 self.assertEqual(sum(1 for s in said if s[1] > 0), 2)
 

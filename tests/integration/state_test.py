@@ -137,9 +137,9 @@ class Damage(unittest.TestCase):
 
     def test_a_pipe_in_the_place_of_the_database_or_of_rows_is_refused_at_once_and_moved_by_repair(self):
         with Farm("--state", self.state) as farm:
-            expected = self.finish_jobs(farm, 1)
             paused = farm.submit(SCENE, *SMALL)
-            farm.client("pause", paused)
+            self.assertEqual(farm.client("pause", paused).returncode, 0)
+            expected = self.finish_jobs(farm, 1)
         pipes = self.state / "parray.sqlite", self.state / "jobs" / str(paused) / "rows"
         for pipe in pipes:
             pipe.unlink(missing_ok=True)

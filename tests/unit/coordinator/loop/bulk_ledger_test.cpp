@@ -38,6 +38,21 @@ TEST_CASE("an answer counts until all copies of its bytes are gone") {
   CHECK(ledger.admit("ann", 5));
 }
 
+TEST_CASE("the ledger knows which requests of a client it serves") {
+  BulkLedger ledger(1000, 3);
+  auto first = ledger.admit("ann", 5, 1);
+  const auto again = ledger.admit("ann", 5, 1);
+  auto second = ledger.admit("ann", 5, 2);
+  CHECK(ledger.serves("ann", 1));
+  CHECK(ledger.serves("ann", 2));
+  CHECK_FALSE(ledger.serves("ann", 3));
+  CHECK_FALSE(ledger.serves("bob", 1));
+  first.reset();
+  second.reset();
+  CHECK(ledger.serves("ann", 1));
+  CHECK_FALSE(ledger.serves("ann", 2));
+}
+
 TEST_CASE("an answer above the limit is admitted if it is the only one") {
   BulkLedger ledger(1000, 2);
   auto large = ledger.admit("ann", 5000);

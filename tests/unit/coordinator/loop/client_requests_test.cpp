@@ -90,6 +90,24 @@ TEST_CASE("a repeated request for a picture from a log waits for the first one's
   CHECK(refused[0].later);
 }
 
+TEST_CASE("a repeated request for a picture, journal or scene waits for the first one's answer") {
+  FarmRig rig;
+  rig.add_job(5);
+  std::vector<BulkLedger::Ticket> answers;  // the client has as many as are permitted
+  while (auto ticket = rig.farm.bulk.admit("client", 1, 7)) answers.push_back(std::move(ticket));
+  const auto errors_after = [&](std::uint64_t request) {
+    msg::Fetch fetch{request, 5, false};
+    msg::FetchJournal journal{request, 5};
+    msg::FetchScene scene{request, 5};
+    rig.clients.on(rig.farm.now, "client", fetch);
+    rig.clients.on(rig.farm.now, "client", journal);
+    rig.clients.on(rig.farm.now, "client", scene);
+    return rig.sent<msg::Error>().size();
+  };
+  CHECK(errors_after(7) == 0);
+  CHECK(errors_after(8) == 3);
+}
+
 TEST_CASE("a client may not drain workers") {
   FarmRig rig;
   WorkerRecord& worker = rig.join("peer", "one");
