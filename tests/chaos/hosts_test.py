@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integra
 from farm import SCENES, run, wait_for  # noqa: E402
 
 SCENE = SCENES / "one-weekend-20.json"
-SETTINGS = ("--width", "160", "--height", "100", "--spp", "800")  # about a second for two threads
+SETTINGS = ("--width", "160", "--height", "100", "--spp", "500")  # about a second for two threads
 SMALL = ("--width", "60", "--height", "40", "--spp", "16")
 PORT = 7400
 

@@ -11,6 +11,7 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import sys
 import tempfile
 
 from farm import BIN, wait_for
@@ -38,7 +39,8 @@ def again_with_longer_jobs(test):
         for _ in range(4):
             try:
                 return test(self)
-            except JobOverTooEarly:
+            except JobOverTooEarly as reason:
+                print("again with a longer job:", reason, file=sys.stderr)
                 self.make_longer()
         return test(self)
 

@@ -225,6 +225,9 @@ class Examples(unittest.TestCase):
                  "tradeoff": ["--width", "12", "--height", "8", "--time-budget", "1"]}
         if command in ("submit", "film"):
             return [*words, *SMALL, "--spp", "2"]
+        if "--time-limit" in words:
+            words = [*words]
+            words[words.index("--time-limit") + 1] = "0.3"
         if "--denoise" in words or "--time-limit" in words or command == "plan":
             return [*words, *SMALL]
         return [*words, *extra.get(command, [])]

@@ -204,7 +204,7 @@ class Targets(TradeoffCase):
 
 
 class Runs(TradeoffCase):
-    budget = 4
+    budget = 2
 
     def make_longer(self):
         type(self).budget *= 2

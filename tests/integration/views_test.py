@@ -267,12 +267,12 @@ class Finishing(ViewsTest):
         return json.loads(report.read_text()), result.stderr
 
     def test_a_time_limit_counts_all_views_and_each_gets_the_same_part_of_the_rest(self):
-        sheet, said = self.sheet_within("3", "--width", "40", "--height", "30")
+        sheet, said = self.sheet_within("1.5", "--width", "40", "--height", "30")
         self.assertEqual(said, "")
         self.assertEqual(len(sheet["views"]), 3)
         limits = [view["time_limit"] for view in sheet["views"]]
-        self.assertLessEqual(sum(limits), 3)
-        self.assertLess(limits[0], 1)
+        self.assertLessEqual(sum(limits), 1.5)
+        self.assertLess(limits[0], 0.5)
         for view in sheet["views"]:
             self.assertEqual(view["stopped_by"], "time")
             self.assertGreater(view["samples_per_pixel"], 0)
