@@ -220,7 +220,6 @@ def rows_files(state):
 
 
 def kept_passes(state):
-    """How many passes of its first job a state knows of; nobody may be using it."""
-    with contextlib.closing(sqlite3.connect(state / "parray.sqlite")) as store:
-        record, = store.execute("SELECT record FROM jobs WHERE id = 1").fetchone()
-        return len(json.loads(record)["passes"])
+    """How many passes of its first job the last commit knows of."""
+    record = committed(state, "SELECT record FROM jobs WHERE id = 1")
+    return len(json.loads(record)["passes"]) if record else 0

@@ -31,9 +31,8 @@ def size(width, height, spp):
 
 SIZE = size(100, 75, 40)
 LONG_CORE_SECONDS = 2.2  # several commits, on two cores, before it is done
-MANY_PASSES = 7
-PASS_CORE_SECONDS = 0.2
-LATER_PASS = 3_000_000  # bytes of rows; a pass has 1.2 MB
+MANY_PASSES = 5
+PASS_CORE_SECONDS = 0.25
 # In passes, decided by what the passes before have found.
 TO_AN_ERROR = (*size(100, 75, 2000), "--target-error", 0.012)
 ADAPTIVE = (*size(100, 75, 120), "--adaptive", "on")
@@ -55,13 +54,21 @@ def core_speed():
     return render_report(*size(100, 75, 400), "--threads", 1)["samples"] / (child_processor_seconds() - before)
 
 
-def wait_for_rows(state, check_runs, more_than=0):
-    """Until a commit has kept some rows, in the middle of the job."""
+def wait_for_commit(check_runs, is_kept):
+    """Until a commit in the middle of the job has kept what is wanted."""
     def kept():
         check_runs()
-        return committed_bytes(state) > more_than
+        return is_kept()
 
-    wait_for(kept, "the first rows to be kept")
+    wait_for(kept, "the commit")
+
+
+def wait_for_rows(state, check_runs):
+    wait_for_commit(check_runs, lambda: committed_bytes(state) > 0)
+
+
+def wait_for_later_pass(state, check_runs):
+    wait_for_commit(check_runs, lambda: kept_passes(state) > 1 and committed_bytes(state) > 0)
 
 
 class MpiCase(unittest.TestCase):
@@ -122,12 +129,12 @@ class DisturbedJobs(MpiCase):
         if farm.job(number)["state"] == "done":
             raise JobOverTooEarly(f"job {number} is done")
 
-    def kill_coordinator_of(self, *options, rows=0):
+    def kill_coordinator_of(self, *options, wait=wait_for_rows):
         """Ends a coordinator in the middle of a job whose first rows it has kept."""
         with Farm("--state", self.state) as farm:
             farm.start_worker("w1", threads=2)
             number = farm.submit(SCENE, *options)
-            wait_for_rows(self.state, lambda: self.check_farm_runs(farm, number), rows)
+            wait(self.state, lambda: self.check_farm_runs(farm, number))
             farm.coordinator.send_signal(signal.SIGKILL)
             farm.coordinator.wait()
         check_unfinished(self.state)
@@ -266,7 +273,7 @@ class Passes(DisturbedJobs):
     def test_a_later_pass_of_a_killed_rank_0_goes_on_with_other_ranks_and_in_a_farm(self):
         options = [*self.passes, *SAFE, "--state", self.state]
         with MpiRun(2, SCENE, *options) as job:
-            wait_for_rows(self.state, job.check_runs, LATER_PASS)
+            wait_for_later_pass(self.state, job.check_runs)
             job.send(signal.SIGKILL, rank=0)
             job.wait_for_failure()
         in_farm = self.state.with_name("copy")
@@ -284,7 +291,7 @@ class Passes(DisturbedJobs):
 
     @again_with_longer_jobs
     def test_ranks_go_on_with_a_later_pass_of_a_killed_coordinator(self):
-        self.kill_coordinator_of(*self.passes, rows=LATER_PASS)
+        self.kill_coordinator_of(*self.passes, wait=wait_for_later_pass)
         with MpiRun(2, SCENE, *self.passes, *SAFE, "--state", self.state) as job:
             self.check_passes(job.finish(), self.expected_passes)
             self.assertRegex(job.text(), "parray-mpi: continuing from ")
