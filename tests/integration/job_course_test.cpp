@@ -37,7 +37,8 @@ std::vector<std::string> history(Service& service, JobId id) {
 }
 
 msg::ImageData partial(Service& service, JobId id, bool statistics = false) {
-  return service.ask<msg::ImageData>(msg::Fetch{1, id, true, statistics});
+  static std::uint64_t requests = 0;  // a repeated one waits until the answer to the first is gone
+  return service.ask<msg::ImageData>(msg::Fetch{++requests, id, true, statistics});
 }
 
 }  // namespace
