@@ -53,11 +53,11 @@ Scene shipped(const std::string& name) {
 TEST_CASE("f32 over the BVH agrees with f64 by linear search and another seed") {
   const Scene scene = shipped("one-weekend-484.json");
   RenderSettings quick;
-  quick.samples_per_pixel = 512;
+  quick.samples_per_pixel = 256;
   quick.precision = Precision::f32;
   quick.accelerator = AcceleratorKind::bvh;
   RenderSettings careful;
-  careful.samples_per_pixel = 1024;
+  careful.samples_per_pixel = 512;
   careful.precision = Precision::f64;
   careful.accelerator = AcceleratorKind::linear;
   careful.seed = 987654321;
@@ -71,10 +71,10 @@ TEST_CASE("pictures agree with a textbook tracer that shares no tracing code") {
     CAPTURE(name);
     const Scene scene = shipped(name);
     RenderSettings settings;
-    settings.samples_per_pixel = 1000;
+    settings.samples_per_pixel = 500;
     settings.max_depth = 12;
     const Picture ours = our_picture(scene, settings);
-    const Picture theirs = TextbookTracer(scene, settings.max_depth).render(1000);
+    const Picture theirs = TextbookTracer(scene, settings.max_depth).render(500);
     const double worst = worst_deviation(ours, theirs);
     MESSAGE(name << ": worst block " << worst << " standard errors");
     CHECK(worst < 5);

@@ -282,7 +282,7 @@ TEST_CASE("row 27: light in the crevice under a ball is exact; with a t_min it i
   zoom(0.0009);
   const double closer = mean_in(Precision::f64);
   const auto z_of_textbook = [&](double t_min) {
-    const Picture picture = TextbookTracer(named.scene, settings.max_depth, t_min).render(200);
+    const Picture picture = TextbookTracer(named.scene, settings.max_depth, t_min).render(100);
     const auto count = static_cast<double>(picture.size());
     double mean = 0;
     double error_squared = 0;

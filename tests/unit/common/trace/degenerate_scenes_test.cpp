@@ -52,8 +52,8 @@ Sums trace(const PathTracer& tracer, const RenderSettings& settings) {
 void check_accelerators(const Scene& scene, bool met = true) {
   const FloatMode mode;
   RenderSettings settings;
-  settings.width = 12;
-  settings.height = 8;
+  settings.width = 8;
+  settings.height = 6;
   settings.samples_per_pixel = 1;
   settings.max_depth = 6;
   for (const Precision precision : precisions) {
@@ -61,7 +61,7 @@ void check_accelerators(const Scene& scene, bool met = true) {
     settings.precision = precision;
     settings.accelerator = AcceleratorKind::linear;
     const Sums expected = trace(*make_path_tracer(scene, settings), settings);
-    const std::uint64_t samples = std::uint64_t{12} * 8;
+    const std::uint64_t samples = std::uint64_t{8} * 6;
     CHECK(expected.counts.samples == samples);
     CHECK(expected.counts.nonfinite == 0);
     CHECK((expected.counts.rays > samples) == met);
