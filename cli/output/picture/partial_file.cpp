@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -32,6 +33,23 @@ void flush_to_disk(const fs::path& file, const fs::path& target) {
   if (failed) fail(target, error);
 }
 
+/// Creates an empty file and removes it. Returns the error, or 0. This thread takes no signal
+/// meanwhile, because a signal that ends the program would leave the file behind.
+int try_to_create(const fs::path& file) {
+  sigset_t all;
+  sigset_t before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  const int failure = fd < 0 ? errno : 0;
+  if (fd >= 0) {
+    close(fd);
+    unlink(file.c_str());
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  return failure;
+}
+
 }  // namespace
 
 void check_output_path(const fs::path& path) {
@@ -51,13 +69,10 @@ void check_output_path(const fs::path& path) {
                      " does not exist: create it first");
   }
   // Only a trial shows permissions, read-only file systems and too long names.
-  const PartialFile probe(path);
-  const int fd = open(probe.path().c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
-  if (fd < 0) {
+  if (const int failure = try_to_create(PartialFile(path).path()); failure != 0) {
     throw InputError(name + ": cannot create a file in directory " + directory.string() + ": " +
-                     reason_of(errno));
+                     reason_of(failure));
   }
-  close(fd);
 }
 
 PartialFile::PartialFile(fs::path target)
