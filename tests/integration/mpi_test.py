@@ -33,6 +33,7 @@ SIZE = size(100, 75, 40)
 LONG_CORE_SECONDS = 2.2  # several commits, on two cores, before it is done
 MANY_PASSES = 5
 PASS_CORE_SECONDS = 0.25
+SOME_ROWS = 20_000  # bytes of a log with more than its first entries
 # In passes, decided by what the passes before have found.
 TO_AN_ERROR = (*size(100, 75, 2000), "--target-error", 0.012)
 ADAPTIVE = (*size(100, 75, 120), "--adaptive", "on")
@@ -64,11 +65,11 @@ def wait_for_commit(check_runs, is_kept):
 
 
 def wait_for_rows(state, check_runs):
-    wait_for_commit(check_runs, lambda: committed_bytes(state) > 0)
+    wait_for_commit(check_runs, lambda: committed_bytes(state) > SOME_ROWS)
 
 
 def wait_for_later_pass(state, check_runs):
-    wait_for_commit(check_runs, lambda: kept_passes(state) > 1 and committed_bytes(state) > 0)
+    wait_for_commit(check_runs, lambda: kept_passes(state) > 1 and committed_bytes(state) > SOME_ROWS)
 
 
 class MpiCase(unittest.TestCase):
@@ -310,7 +311,7 @@ class Passes(DisturbedJobs):
     @again_with_longer_jobs
     def test_a_rank_that_does_not_come_to_the_end_of_a_pass_ends_the_job(self):
         options = [*self.passes, *SAFE, "--state", self.state]
-        with MpiRun(3, SCENE, *options, "--patience", 2) as job:
+        with MpiRun(3, SCENE, *options, "--patience", 2 * self.longer) as job:
             wait_for_rows(self.state, job.check_runs)
             job.send(signal.SIGSTOP, rank=2)
             job.wait_for_failure()
@@ -376,7 +377,7 @@ class Deaths(LongJobs):
 class Silences(LongJobs):
     @again_with_longer_jobs
     def test_cells_of_a_stopped_rank_are_traced_by_the_others(self):
-        with self.long_job(3, "--patience", 2) as job:
+        with self.long_job(3, "--patience", 2 * self.longer) as job:
             wait_for_rows(self.state, job.check_runs)
             job.send(signal.SIGSTOP, rank=1)
             report = job.finish()
@@ -392,7 +393,7 @@ class Silences(LongJobs):
             self.check(job.finish(), self.expected_long)
 
     def check_silent_coordinator(self, mode):
-        with self.long_job(2, "--patience", 2, "--mode", mode) as job:
+        with self.long_job(2, "--patience", 2 * self.longer, "--mode", mode) as job:
             wait_for_rows(self.state, job.check_runs)
             job.send(signal.SIGSTOP, rank=0)
             job.wait_for_failure(may_be_done=True)
