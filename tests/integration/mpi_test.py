@@ -377,7 +377,7 @@ class Deaths(LongJobs):
 class Silences(LongJobs):
     @again_with_longer_jobs
     def test_cells_of_a_stopped_rank_are_traced_by_the_others(self):
-        with self.long_job(3, "--patience", 2 * self.longer) as job:
+        with self.long_job(3, "--patience", 3) as job:
             wait_for_rows(self.state, job.check_runs)
             job.send(signal.SIGSTOP, rank=1)
             report = job.finish()
@@ -393,7 +393,7 @@ class Silences(LongJobs):
             self.check(job.finish(), self.expected_long)
 
     def check_silent_coordinator(self, mode):
-        with self.long_job(2, "--patience", 2 * self.longer, "--mode", mode) as job:
+        with self.long_job(2, "--patience", 3 * self.longer, "--mode", mode) as job:
             wait_for_rows(self.state, job.check_runs)
             job.send(signal.SIGSTOP, rank=0)
             job.wait_for_failure(may_be_done=True)
