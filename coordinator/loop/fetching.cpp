@@ -57,7 +57,7 @@ static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
 }
 
 void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
-  if (farm_.bulk.serves(peer, m.request)) return;  // clients repeat a request until its answer
+  if (farm_.bulk.serves(peer, m.request)) return;  // a repetition: the first one is being answered
   const Job* job = find_or_refuse(peer, m.request, m.job, true);
   if (job == nullptr) return;
   if (job->record.state == JobState::done) {

@@ -13,7 +13,7 @@ from proxy import Proxy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integration"))
 from farm import SCENES, Farm, run, wait_for  # noqa: E402
-from mpi import JobOverTooEarly, again_with_longer_jobs  # noqa: E402
+from longer_jobs import JobOverTooEarly, again_with_longer_jobs  # noqa: E402
 
 SCENE = SCENES / "one-weekend-20.json"
 SIZE = ("--width", "64", "--height", "48")

@@ -12,7 +12,7 @@ import hosts
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integration"))
 from farm import SCENES, Farm, run, wait_for  # noqa: E402
-from mpi import JobOverTooEarly, again_with_longer_jobs  # noqa: E402
+from longer_jobs import JobOverTooEarly, again_with_longer_jobs  # noqa: E402
 
 SETTINGS = ("--width", "160", "--height", "100", "--spp", "64")
 

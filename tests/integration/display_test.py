@@ -161,10 +161,11 @@ class Display(unittest.TestCase):
 
     def test_a_viewer_that_is_away_or_takes_nothing_delays_no_render(self):
         deaf = self.viewer(reads=False)
-        nobody = socket.socket()
-        self.addCleanup(nobody.close)
-        nobody.bind(("127.0.0.1", 0))  # without listen(): it refuses connections, and no other process gets the port
-        away = "127.0.0.1:%d" % nobody.getsockname()[1]
+        # A socket that is bound but does not listen refuses connections, and keeps its port from other processes.
+        refusing = socket.socket()
+        self.addCleanup(refusing.close)
+        refusing.bind(("127.0.0.1", 0))
+        away = "127.0.0.1:%d" % refusing.getsockname()[1]
         size = ["--width", "1200", "--height", "800", "--spp", "3"]  # more than a socket holds
         for address, said in ((away, "no viewer takes pictures at " + away), (deaf.address, "")):
             begin = time.monotonic()

@@ -14,7 +14,8 @@ import time
 import unittest
 
 from farm import BIN, SCENES, SOURCE, Farm, run, wait_for
-from mpi import JobOverTooEarly, again_with_longer_jobs, committed_bytes, kept_bytes
+from longer_jobs import JobOverTooEarly, again_with_longer_jobs
+from mpi import committed_bytes, kept_bytes
 
 SCENE = SCENES / "one-weekend-20.json"
 

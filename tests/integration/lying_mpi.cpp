@@ -87,7 +87,7 @@ class ScriptedTracer final : public PathTracer {
     }
   }
 
-  /// Waits until the cells that another rank has just traced are handed in, too.
+  /// Waits for the file `what`, and then until its rank has handed in the cells that it traced.
   void wait_for_results(const std::string& what) const {
     wait_for(what);
     std::this_thread::sleep_for(milliseconds(300));

@@ -2,7 +2,6 @@
 test is over, by process id."""
 
 import contextlib
-import functools
 import json
 import os
 import pathlib
@@ -11,10 +10,10 @@ import shutil
 import signal
 import sqlite3
 import subprocess
-import sys
 import tempfile
 
 from farm import BIN, wait_for
+from longer_jobs import JobOverTooEarly
 
 # Open MPI unloads parts of itself that hold memory: a sanitized build would call that leaks.
 ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
@@ -26,25 +25,6 @@ def why_not():
     if not shutil.which("mpirun"):
         return "mpirun is missing"
     return "" if (BIN / "parray-mpi").exists() else "parray-mpi is not built"
-
-
-class JobOverTooEarly(AssertionError):
-    """A job was over before a test could disturb it: this machine is faster, or its disk slower, than was measured."""
-
-
-def again_with_longer_jobs(test):
-    """Repeats a test of a class with make_longer() while its jobs are over too early."""
-    @functools.wraps(test)
-    def repeated(self):
-        for _ in range(4):
-            try:
-                return test(self)
-            except JobOverTooEarly as reason:
-                print("again with a longer job:", reason, file=sys.stderr)
-                self.make_longer()
-        return test(self)
-
-    return repeated
 
 
 def processes_of_session(session):

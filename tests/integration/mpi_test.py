@@ -13,8 +13,8 @@ import time
 import unittest
 
 from farm import SCENES, Farm, child_processor_seconds, run, wait_for
-from mpi import (JobOverTooEarly, MpiRun, again_with_longer_jobs, check_unfinished, committed_bytes, kept_bytes,
-                 kept_passes, why_not)
+from longer_jobs import JobOverTooEarly, again_with_longer_jobs
+from mpi import MpiRun, check_unfinished, committed_bytes, kept_bytes, kept_passes, why_not
 
 SCENE = SCENES / "one-weekend-484.json"
 RANKS = range(1, 7)

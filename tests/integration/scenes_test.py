@@ -11,7 +11,7 @@ import tempfile
 import unittest
 
 from farm import Farm, run, wait_for
-from mpi import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, again_with_longer_jobs
 
 
 def bytes_of(worker):

@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 from farm import BIN, SCENES, Farm, run, wait_for
-from mpi import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, again_with_longer_jobs
 
 SCENE = SCENES / "one-weekend-20.json"
 QUICK = ["--width", "60", "--height", "40", "--spp", "4"]

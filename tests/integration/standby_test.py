@@ -13,7 +13,7 @@ import unittest
 
 from farm import BIN, Farm, run, wait_for
 from farm_test import SCENE, render_report
-from mpi import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, again_with_longer_jobs
 
 SMALL = ("--width", "16", "--height", "16", "--spp", "1")
 SYSTEMS_PORTS = pathlib.Path("/proc/sys/net/ipv4/ip_local_port_range")

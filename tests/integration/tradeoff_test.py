@@ -14,7 +14,7 @@ import time
 import unittest
 
 from farm import BIN, run
-from mpi import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, again_with_longer_jobs
 
 SCENE = {
     "version": 1,

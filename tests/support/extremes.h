@@ -10,7 +10,7 @@
 #include "tests/support/rooms.h"
 #include "tests/support/trials.h"
 
-/// Seeds and reports of the tests of numerical extremes.
+/// Random seeds and a table of results for the tests in tests/extremes.
 namespace parray::test {
 
 /// Returns `seed` for this run. PARRAY_EXTREMES_SEED selects other random cases.

@@ -19,7 +19,8 @@ std::array<char, 500> trial{};  ///< path of the file that a check creates
 std::atomic<int> signals = 0;
 std::atomic<int> left_behind = 0;
 
-/// What a handler that ends the program would leave behind.
+/// Counts the signals, and those at which the trial file exists. A handler that ended the program
+/// then would leave the file behind.
 void look_for_trial(int /*signal*/) {
   ++signals;
   if (access(trial.data(), F_OK) == 0) ++left_behind;
