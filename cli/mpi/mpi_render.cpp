@@ -148,7 +148,7 @@ class RootHeartbeat {
 class Follower {
  public:
   /// Collective.
-  Follower(const MpiOptions& options, const MpiWorld& world, MpiJob job, Watchdog& watchdog)
+  Follower(const MpiOptions& options, MpiWorld& world, MpiJob job, Watchdog& watchdog)
       : world_(world),
         job_(std::move(job)),
         watchdog_(watchdog),
@@ -185,16 +185,19 @@ class Follower {
     runner.stop();
     tally_ = runner.tally();
     // Rank 0 may wait for another rank. It answers no requests after the last rank has come here.
-    // So without one-sided communication there is no heartbeat, and the watchdog's time runs.
+    // So without one-sided communication there is no heartbeat, and the watchdog's time runs. After
+    // the last pass rank 0 may write the picture for a long time without a rank that is missing.
     world_.barrier(for_ever, [&] {
       if (keeps) {
         transport_.progress();  // other ranks may still use this rank's ledger
       }
-      if (!transport_.by_messages() && heartbeat.alive(clock_.now())) watchdog_.reset();
+      if (world_.end_announced() || (!transport_.by_messages() && heartbeat.alive(clock_.now()))) {
+        watchdog_.reset();
+      }
     });
   }
 
-  const MpiWorld& world_;
+  MpiWorld& world_;
   MpiJob job_;
   Watchdog& watchdog_;
   const SteadyClock clock_;
@@ -205,7 +208,7 @@ class Follower {
   WorkTally tally_;
 };
 
-int follow(const MpiOptions& options, const MpiWorld& world) {
+int follow(const MpiOptions& options, MpiWorld& world) {
   auto job = broadcast_job(world, nullptr);
   if (!job) {
     return 0;  // rank 0 prints the reason
@@ -344,6 +347,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
        .hosts = hosts_of(ranks),
        .reset_watchdog = [&watchdog] { watchdog.reset(); }});
   run_passes(world, ranks, job, kept, coordinator, resources, *rendered.transport);
+  if (!job.alone()) world.announce_end();
   rendered.all_answer =
       coordinator.last_barrier(std::min<Time>(seconds(options.patience), last_patience));
   if (rendered.all_answer && !job.alone()) broadcast_pass(world, job, nullptr);

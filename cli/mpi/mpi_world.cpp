@@ -17,6 +17,8 @@
 namespace parray::mpi {
 namespace {
 
+constexpr int end_tag = 100;  // differs from all tags in proto/mpi_window.cpp
+
 /// Sets parameters of Open MPI in the environment, unless the user has set them.
 void set_mpi_parameters() {
   constexpr int keep = 0;
@@ -62,6 +64,9 @@ MpiWorld::MpiWorld() {
   ranks_ = static_cast<std::uint32_t>(ranks);
   if (!binding_requested()) allow_all_processors();
   inspect_machine();
+  if (!first()) {
+    check_mpi(MPI_Irecv(nullptr, 0, MPI_BYTE, 0, end_tag, comm(), &end_), "waiting for the end");
+  }
 }
 
 /// Finds the ranks of this machine, and divides processors among ranks with the same set.
@@ -85,7 +90,13 @@ void MpiWorld::inspect_machine() {
   threads_ = static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(usable_cpus() / sharing, 1));
 }
 
-MpiWorld::~MpiWorld() { MPI_Finalize(); }
+MpiWorld::~MpiWorld() {
+  if (end_ != MPI_REQUEST_NULL) {
+    MPI_Cancel(&end_);
+    MPI_Request_free(&end_);
+  }
+  MPI_Finalize();
+}
 
 std::string MpiWorld::broadcast(std::string text) const {
   std::uint64_t size = text.size();
@@ -120,6 +131,21 @@ bool MpiWorld::barrier(Time patience, const std::function<void()>& meanwhile) co
     meanwhile();
     std::this_thread::sleep_for(milliseconds(1));
   }
+}
+
+void MpiWorld::announce_end() const {
+  for (std::uint32_t rank = 1; rank < ranks_; ++rank) {
+    MPI_Request request = MPI_REQUEST_NULL;
+    check_mpi(MPI_Isend(nullptr, 0, MPI_BYTE, static_cast<int>(rank), end_tag, comm(), &request),
+              "announcing the end");
+    MPI_Request_free(&request);
+  }
+}
+
+bool MpiWorld::end_announced() {
+  int done = 0;
+  check_mpi(MPI_Test(&end_, &done, MPI_STATUS_IGNORE), "waiting for the end");
+  return done != 0;
 }
 
 std::uint32_t rank_in_environment() {

@@ -44,10 +44,16 @@ class MpiWorld {
   bool barrier(
       Time patience, const std::function<void()>& meanwhile = [] {}) const;
 
+  /// Tells all other ranks that rank 0 has all results. Only rank 0 calls it, once. Does not wait.
+  void announce_end() const;
+  /// Returns whether rank 0 has called announce_end(). Only other ranks call it.
+  bool end_announced();
+
  private:
   void inspect_machine();
 
   MPI_Comm comm_ = MPI_COMM_WORLD;
+  MPI_Request end_ = MPI_REQUEST_NULL;  // receives the announcement; null in rank 0
   std::uint32_t rank_ = 0;
   std::uint32_t ranks_ = 1;
   bool one_machine_ = true;

@@ -376,8 +376,8 @@ class Deaths(LongJobs):
 @unittest.skipIf(why_not(), why_not())
 class Silences(LongJobs):
     @again_with_longer_jobs
-    def test_cells_of_a_stopped_rank_are_traced_by_the_others(self):
-        with self.long_job(3, "--patience", 3) as job:
+    def test_cells_of_a_stopped_rank_are_traced_by_the_others_which_wait_for_the_end(self):
+        with self.long_job(3, "--patience", 3, "--on-end", "sleep 5") as job:
             wait_for_rows(self.state, job.check_runs)
             job.send(signal.SIGSTOP, rank=1)
             report = job.finish()
