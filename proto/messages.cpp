@@ -277,7 +277,8 @@ void check(const msg::Grant& m) {
 void check(const msg::SceneSource& m) {
   constexpr std::uint32_t most_chunks = 1U << 20;
   if (m.cut.count() > most_chunks) {
-    throw ProtocolError("'chunk_bytes' is too small: the scene has too many chunks");
+    throw ProtocolError("'chunk_bytes' is too small: the scene has too many chunks, more than " +
+                        std::to_string(most_chunks));
   }
 }
 

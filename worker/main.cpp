@@ -49,7 +49,9 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.number("--threads", a.threads, 1, 4096,
               "Number of threads (default: all available processors)")
       .group("Speed");
-  line.option("--name", a.name, "Name shown by parray workers (default: host name and process)")
+  line.option("--name", a.name,
+              "Name of this worker, as the command parray workers prints it (default: host name "
+              "and process id)")
       .type_name("NAME");
   line.number("--idle-exit", a.idle_exit, 0.0, 1e9,
               "Stop after so many seconds without work, connected or not; 0: never")

@@ -140,9 +140,10 @@ void add_command(CommandLine& line, Action& chosen, const char* name, const char
 }  // namespace
 
 void add_journal_commands(CommandLine& line, Action& chosen) {
-  add_command(line, chosen, "audit",
-              "Check in a job's journal that every sample was merged once; list the workers",
-              "works also during the render", audit);
+  add_command(
+      line, chosen, "audit",
+      "Check in a job's journal that every sample was merged exactly once; list the job's workers",
+      "works also during the render", audit);
   add_command(line, chosen, "replay",
               "Predict a job's time with other schedules or more workers, from its recorded costs",
               "compares all schedules, with 1, 2, 4, 8 and 16 times the job's workers", replay);

@@ -29,8 +29,8 @@ double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
     case LineWidth::Unit::points:
       if (dpi == 0) {
         throw InputError("outline of " + number_text(width.value) +
-                         "pt: points need the size in print: add --dpi or --width-mm, or give "
-                         "the outline's width in pixels");
+                         "pt: points need the picture's size in print: add --dpi or --width-mm, or "
+                         "give the outline's width in pixels, such as 2");
       }
       return width.value / points_an_inch * dpi;
     case LineWidth::Unit::none: break;

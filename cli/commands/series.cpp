@@ -46,8 +46,9 @@ struct ListedFrame {
 /// Throws InputError for a job that is no series, and json::exception for a damaged answer.
 std::vector<ListedFrame> listed_frames(const json& map) {
   if (!map.contains("frame_list")) {
-    throw InputError("job " + map.value("id", json()).dump() +
-                     " is not a series of frames: give a file name without #");
+    throw InputError(
+        "job " + map.value("id", json()).dump() +
+        " is not a series of frames, so it has no frame numbers for #: give a file name without #");
   }
   std::vector<ListedFrame> frames;
   for (const json& entry : map["frame_list"]) {

@@ -43,8 +43,8 @@ ChunkDecoder::Step ChunkDecoder::take_data(std::string_view input) {
 void ChunkDecoder::take_line(std::string_view line) {
   if (phase_ == Phase::data_end && !line.empty()) {
     refuse(
-        "a chunk does not end where its size says: send its number of bytes in hexadecimal, "
-        "without the CR and LF after it");
+        "a chunk does not end where its size says: send the number of its bytes in hexadecimal, "
+        "and do not count the CR and LF after these bytes");
   }
   if (std::ranges::any_of(line, is_control)) refuse("a line has control characters");
   if (phase_ == Phase::size) {

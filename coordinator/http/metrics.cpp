@@ -116,11 +116,12 @@ void add_users(Text& text, const json& users) {
 
 void add_queue(Text& text, const json& farm) {
   const json& since_start = farm.at("since_start");
-  text.family("parray_queue_seconds", "summary", "Time of jobs from the queue to the first lease");
+  text.family("parray_queue_seconds", "summary",
+              "Time that jobs waited in the queue for their first lease");
   text.sample("parray_queue_seconds_sum", "", since_start.at("queue_seconds").get<double>());
   text.sample("parray_queue_seconds_count", "", since_start.at("jobs_begun").get<double>());
   text.single("parray_oldest_queued_job_seconds", "gauge",
-              "Time since the oldest queued job was submitted; 0: no job is queued",
+              "Longest time that a queued job has waited so far; 0: no job is queued",
               farm.at("oldest_queued_seconds").get<double>());
   text.by("state", "parray_jobs_ended_total", "counter", "Jobs that ended, by state",
           since_start.at("jobs_ended"));

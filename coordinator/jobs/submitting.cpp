@@ -223,7 +223,9 @@ void JobBook::check_preview(const JobRecord& record) const {
         fmt::format("preview_of: job {} is itself a quick look: name job {}", of, job.preview_of));
   }
   if (!record.series.empty()) {
-    throw InputError("preview_of: a frame of a series cannot be a quick look: submit a single job");
+    throw InputError(
+        "preview_of: a frame of a series cannot be the quick look of another job: submit the quick "
+        "look outside the series");
   }
   if (farm_.index.previews_of(of).size() >= most) {
     throw InputError(

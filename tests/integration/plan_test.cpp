@@ -265,7 +265,7 @@ TEST_CASE("an impossible goal is refused, with a possible one") {
   CHECK(refusal({1e-9, 0}).find("32-bit numbers") != std::string::npos);
   CHECK(refusal({1e-9, 0}).find("use 4.6e-08 or more") != std::string::npos);
   // 1 / 2^24^0.6 = 4.7e-5
-  CHECK(refusal({4e-5, 0}).find("use 5.1e-05") != std::string::npos);
+  CHECK(refusal({4e-5, 0}).find("use --error 5.1e-05") != std::string::npos);
   CHECK(refusal({1e-4, 0}).empty());
   CHECK(refusal({0, 3}).find("use a longer time") != std::string::npos);
 }

@@ -124,7 +124,7 @@ auto with_kernels_of(Isa isa, Function function) {
   }
   PARRAY_FOR_EACH_ISA(PARRAY_WITH)
 #undef PARRAY_WITH
-  throw std::logic_error("kernels of an instruction set that this machine lacks");
+  throw std::logic_error("this build has no kernels for the instruction set");
 }
 
 /// Makes a search for an instruction set that this machine supports. Without `tree` it is a linear

@@ -183,7 +183,9 @@ class PoscarHeaderReader {
       input_.fail("three scale factors must be positive: write positive numbers");
     }
     if (first == 0) {
-      input_.fail("the scale factor is 0: write a factor, or a volume with a minus sign");
+      input_.fail(
+          "the scale factor is 0: write a positive number, or the volume of the cell with a minus "
+          "sign");
     }
     for (Vec3d& edge : header_.edges) {
       next_line();

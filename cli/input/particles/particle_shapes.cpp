@@ -76,7 +76,9 @@ void ParticleShapes::check_limits(std::size_t first_capsule) const {
   }
   for (const Capsule& capsule : std::span(scene_.capsules).subspan(first_capsule)) {
     if (!is_inside(capsule.from) || !is_inside(capsule.to)) {
-      fail("a bond, an arrow or an edge of the cell would reach beyond 1e15: use a larger unit");
+      fail(
+          "a bond, an arrow or an edge of the cell would reach beyond 1e15: use a larger unit of "
+          "length in the file, or shorter arrows");
     }
   }
 }

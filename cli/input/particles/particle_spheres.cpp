@@ -218,9 +218,8 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
       if (base == nullptr) {
         return material.name.empty() ? "" : unknown_material(material, materials, otherwise);
       }
-      return base->type != MaterialType::dielectric
-                 ? ""
-                 : "color_by cannot colour glass: choose another material";
+      if (base->type != MaterialType::dielectric) return "";
+      return "\"color_by\" cannot colour a dielectric (glass): choose a material of another type";
     }
     case MaterialRule::by_element: return particles.elements.empty() ? without("elements") : "";
     case MaterialRule::by_type: return particles.types.empty() ? without("types") : "";

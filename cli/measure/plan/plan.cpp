@@ -230,8 +230,8 @@ void check_samples(const std::vector<SamplerProbe>& samplers, PlanGoal goal) {
   if (goal.error < best) {
     throw InputError(std::string(goal.error_option) + " " + number_cell(goal.error) +
                      ": needs more than " + std::to_string(limits::max_samples_per_pixel) +
-                     " samples per pixel, the largest possible number: use " +
-                     formatted("%.1e", 1.1 * best) + " or more");
+                     " samples per pixel, the largest possible number: use " + goal.error_option +
+                     " " + formatted("%.1e", 1.1 * best) + " or more");
   }
 }
 

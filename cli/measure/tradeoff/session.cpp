@@ -375,10 +375,10 @@ void Session::find_answer(TradeoffResults& results) {
     const double systematic = std::hypot(scene_row.budget.depth, scene_row.budget.precision);
     results.answer +=
         systematic >= answer.error
-            ? "path depth and precision of the scene's own settings alone cause an error of " +
+            ? "path depth and precision of the scene's own settings cause an RMSE of " +
                   formatted("%.2g", systematic) +
-                  ": allow a larger --error, or measure deeper paths with --also "
-                  "'--max-depth N --precision f64'."
+                  " with any number of samples: allow a larger --error, or measure deeper paths "
+                  "with --also '--max-depth N --precision f64'."
             : "use a longer --time-budget to measure more.";
     return;
   }

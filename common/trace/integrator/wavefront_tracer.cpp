@@ -290,7 +290,7 @@ std::shared_ptr<const Accelerator> make_wavefront_accelerator(const Scene& scene
         {isa::trace, isa::begin, isa::find}, {isa::trace, isa::begin, isa::find});
     PARRAY_FOR_EACH_ISA(PARRAY_ACCELERATOR_OF)
 #undef PARRAY_ACCELERATOR_OF
-    default: throw std::logic_error("this machine lacks the instruction set of the kernels");
+    default: throw std::logic_error("this build has no kernels for the instruction set");
   }
 }
 

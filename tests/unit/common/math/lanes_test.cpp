@@ -241,7 +241,7 @@ LanesOfIsa<T> lanes_of_isa(Isa isa) {
     return {test::isa::operate, single ? trace::isa::float_width : trace::isa::double_width};
     PARRAY_FOR_EACH_ISA(PARRAY_LANES_OF)
 #undef PARRAY_LANES_OF
-    default: throw std::logic_error("lanes of an instruction set that this machine lacks");
+    default: throw std::logic_error("this build has no lanes for the instruction set");
   }
 }
 

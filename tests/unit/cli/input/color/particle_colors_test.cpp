@@ -357,8 +357,8 @@ TEST_CASE("coloured particles get the type of a named material") {
   CHECK(material.fuzz == 0.25);
   CHECK(material.albedo == category_color(1));
   CHECK(files.refusal(R"("color_by": "type", "material": "glass")") ==
-        "6: /particles/0/material: color_by cannot colour glass: choose another "
-        "material");
+        "6: /particles/0/material: \"color_by\" cannot colour a dielectric (glass): choose a "
+        "material of another type");
   CHECK(files.refusal(R"("color_by": "type", "material": "by-element")") ==
         "6: /particles/0/color_by: \"material\" is by-element, which also sets the colour: leave "
         "out one of them");

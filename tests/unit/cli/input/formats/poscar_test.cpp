@@ -198,7 +198,8 @@ TEST_CASE("POSCAR: invalid lines are refused with their place and a remedy") {
   CHECK(says("t\nx\n" + lattice) ==
         "POSCAR:2: 0 scale factors: write one number, or three positive numbers");
   CHECK(says("t\n0\n" + lattice) ==
-        "POSCAR:2: the scale factor is 0: write a factor, or a volume with a minus sign");
+        "POSCAR:2: the scale factor is 0: write a positive number, or the volume of the cell with "
+        "a minus sign");
   CHECK(says("t\n1 -1 1\n" + lattice) ==
         "POSCAR:2: three scale factors must be positive: write positive numbers");
   CHECK(says("t\n1\n1 0\n") ==
