@@ -10,8 +10,8 @@
 
 namespace parray::proto {
 
-/// Bytes of a message as they travel. The bytes are shared, so that passing them on copies nothing.
-/// Immutable.
+/// One part of a message, as it travels. Copies share the bytes, so that passing them on copies
+/// nothing. Immutable. A default frame is empty.
 class Frame {
  public:
   Frame() = default;
@@ -36,7 +36,8 @@ class Frame {
   std::string_view view_;
 };
 
-/// A message as it travels: 1 or 2 frames; see PROTOCOL.md.
+/// A message as it travels: the control frame (MessagePack) and, for some types of messages, the
+/// bulk frame (raw data). See PROTOCOL.md.
 using Frames = std::vector<Frame>;
 
 }  // namespace parray::proto

@@ -14,14 +14,15 @@
 namespace parray::worker {
 
 /// A background thread that does one task at a time for the owner of this object, so that the owner
-/// stays free for its link. The task's function may run its own OpenMP team.
+/// can serve its connection to the coordinator. The task's function may run its own OpenMP team.
 template <typename Task, typename Result>
 class TaskThread {
  public:
   /// Does a task. Ends early, with any result, once `stop` is true. Must not throw.
   using Work = std::function<Result(const Task& task, const std::atomic<bool>& stop)>;
 
-  /// The background thread calls `on_finished` when it has become idle or has a result.
+  /// The background thread calls `on_finished` after each task, when take() returns its result or
+  /// the thread is idle.
   TaskThread(Work work, std::function<void()> on_finished)
       : work_(std::move(work)), on_finished_(std::move(on_finished)), thread_([this] { run(); }) {}
 
@@ -77,7 +78,7 @@ class TaskThread {
 
  private:
   void run() {
-    const FloatMode ieee;  // building an accelerator also rounds numbers
+    const FloatMode ieee;  // also for tasks that build accelerators: they round numbers
     std::unique_lock lock(mutex_);
     for (;;) {
       changed_.wait(lock, [this] { return quit_ || busy_; });

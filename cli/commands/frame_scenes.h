@@ -20,17 +20,19 @@ namespace parray::commands {
 
 /// Loads the scenes of the frames of a film, or of a series by HTTP. The frames are those of a
 /// trajectory (a file of particles, or named by a scene file), or numbered files (#### in the
-/// name), or all show the same scene (a still). Numbered scene files differ as they are. All other
-/// frames have one camera, and a colour or a radius means the same in all frames that fix() reads.
-/// All functions that read files throw InputError.
+/// name), or all show the same scene (a still). The number of a frame is its place in the
+/// trajectory, from 0, or the number in the name of its file. Each numbered scene file keeps its
+/// own camera, colours and radii. All other frames have one camera, and a colour or a radius means
+/// the same in all frames that fix() reads. All functions that read files throw InputError.
 class FrameScenes {
  public:
-  /// `options` must outlive this object. `first`: number of the first of numbered files.
+  /// `options` must outlive this object. `first`: number of the first frame, if the files are
+  /// numbered.
   FrameScenes(std::string file, const RenderOptions& options, NamedFiles named,
               std::uint32_t first = 0);
 
   /// Returns whether all frames are equal: the file is not numbered, and has no trajectory, or the
-  /// scene or the options choose a frame of it.
+  /// scene or the options (--frame) choose one frame of the trajectory.
   [[nodiscard]] bool is_still() const;
   /// Returns whether the file is a scene file. ParRay does not choose the camera of such a file.
   [[nodiscard]] bool is_scene() const { return is_scene_; }
@@ -38,21 +40,25 @@ class FrameScenes {
   /// chooses a frame itself.
   [[nodiscard]] std::uint64_t count() const;
   /// Gives the frames one camera, and their colours and radii the same meaning. Numbered scene
-  /// files stay as they are. Reads each frame once, unless there is one and nothing turns. Reads
-  /// the particles of automatic scenes again if shapes change their sizes. `turns`: the camera of
-  /// an automatic scene will turn around it. `still`: all frames show the same scene. Call before
-  /// at(). A series by HTTP passes only its first frame: then all frames have the camera of this
-  /// frame, but each has its own ranges of colours and radii.
+  /// files stay as they are. Call it before at(): otherwise at() calls it for its frame only.
+  /// `frames`: their numbers, at least one. `turns`: the camera will turn around an automatic
+  /// scene. `still`: all frames show the same scene, and `frames` does not matter.
+  ///
+  /// Reads each of several frames, and reads those of automatic scenes a second time if the common
+  /// ranges of radii or lengths may change the sizes of shapes. A series by HTTP passes only its
+  /// first frame: then all frames have the camera of this frame, but each has its own ranges of
+  /// colours and radii.
   void fix(const std::vector<std::uint32_t>& frames, bool turns = false, bool still = false);
-  /// Takes how many frames were read, and how many in all. Frames that are read twice count twice.
+  /// A function of the number of frames that fix() has read and of the number that it will read in
+  /// all. Frames that are read twice count twice.
   using OnRead = std::function<void(std::size_t read, std::size_t all)>;
   /// Sets a function that fix() calls after each frame that it reads.
   void report_reading(OnRead on_read) { on_read_ = std::move(on_read); }
   /// Returns the scene of a frame. Ascending frames are fastest.
   SceneFile at(std::uint32_t frame);
-  /// Returns the axis of a turntable.
+  /// Returns the axis of a turntable, after fix(). Numbered scene files have none.
   [[nodiscard]] TurnAxis axis() const { return axis_; }
-  /// Returns all files that determine the frames, for a check of changes.
+  /// Returns all files that determine the frames. The caller can check whether they change.
   [[nodiscard]] std::vector<std::string> files(const std::vector<std::uint32_t>& frames) const;
 
   [[nodiscard]] const std::string& file() const { return file_; }
@@ -63,7 +69,7 @@ class FrameScenes {
   void fix_scene(const std::vector<std::uint32_t>& frames);
   void fix_particles(const std::vector<std::uint32_t>& frames, bool turns);
   SceneFile with_particles(std::uint32_t frame);
-  /// Does the same. Errors name the frame.
+  /// Does the same as with_particles(). Errors name the frame.
   SceneFile read(std::uint32_t frame);
   /// Reads the frames, calls `on_scene` for each, and makes `viewing` include all of them.
   void include_all(const std::vector<std::uint32_t>& frames, Viewing& viewing,
@@ -85,7 +91,8 @@ class FrameScenes {
   OnRead on_read_;
 };
 
-/// Turns the camera around the scene, with the scenery of an automatic scene.
+/// Turns the camera around the axis, as turned() does (turntable.h). In an automatic scene, the
+/// scenery (ground or wall, light blocker) turns with the camera.
 void turn(SceneFile& scene, const TurnAxis& axis, double degrees);
 
 }  // namespace parray::commands

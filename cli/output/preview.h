@@ -25,10 +25,11 @@ struct ProgressOptions {
   [[nodiscard]] bool shows_picture() const { return !preview.empty() || !display.empty(); }
 };
 
-/// Decides when to write previews. A preview is whole if every pixel has a sample. The first whole
-/// one follows at once. If it takes longer than a tenth of a second, a partial preview comes
-/// before. Later previews follow at most ten times a second. Together they take at most a fiftieth
-/// of the time since the first sample.
+/// Decides when to write previews. A preview is whole if every pixel has a sample, and otherwise
+/// partial. The first whole preview is due as soon as every pixel has a sample. If this takes
+/// longer than a tenth of a second, a partial preview is due before. Later previews are due at most
+/// ten times a second. Writing these later previews takes at most a fiftieth of the time since the
+/// first sample.
 ///
 /// Reads no clock.
 class PreviewPace {
@@ -47,11 +48,11 @@ class PreviewPace {
 };
 
 /// Updates a file and a viewer with the unfinished picture of a job. Each update replaces the file
-/// at once, so that readers never see half a file. Pixels without a sample are filled. The caller
-/// writes the finished picture to the file.
+/// atomically, so that readers never see half a file. The caller writes the finished picture to the
+/// file.
 class Preview {
  public:
-  /// Uses preview and display of `following`. The preview file must be writable
+  /// Uses the preview file and the viewer of `following`. The preview file must be writable
   /// (check_image_path()). Throws InputError for an invalid address. Calls `while_writing`
   /// repeatedly; it may throw.
   explicit Preview(const ProgressOptions& following,
@@ -59,8 +60,9 @@ class Preview {
 
   [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }
 
-  /// Writes the current picture, the result of `partial`, if it is time. `clock` gives the current
-  /// time. Throws RunError if the file cannot be written.
+  /// Writes the current picture if it is time. `partial` returns this picture, in which pixels
+  /// without a sample have the colours of other pixels. `clock` gives the current time. Throws
+  /// RunError if the file cannot be written.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
   /// Shows the finished picture if a viewer has been sent an unfinished one.
   void finish(const Image& image);

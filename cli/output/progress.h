@@ -28,14 +28,14 @@ std::size_t terminal_columns();
 std::string frames_text(const JobStatus& job);
 
 /// Returns "[#####     ]  43.1 %  3.14 M samples/s  error 0.021 of 0.01  12 s left" with at most
-/// `columns` characters. A small width first shortens the bar, then omits it. Plain text without
-/// colours and control characters.
+/// `columns` characters. 0.021 is the present error, and 0.01 the target. A small width first
+/// shortens the bar, then omits it. Plain text without colours and control characters.
 std::string bar_text(const JobStatus& job, std::size_t columns);
 
-/// Returns one line of JSON, without a line end, with the changing members of `show --json`:
-/// `state`, `progress`, `samples_per_second`, `seconds_left`, `waits_for`, `error`. For a series
-/// also `frames` and `frames_done`. Unlike there, `seconds_left` is null if it is unknown, and 0
-/// after the end.
+/// Returns one line of JSON, without a line end. It has the members of `show --json` that change
+/// while a job runs: `state`, `progress`, `samples_per_second`, `seconds_left`, `waits_for`, and
+/// `error`, the estimates of error_to_json(). For a series also `frames` and `frames_done`.
+/// `seconds_left` is null if it is unknown, where `show --json` has -1; after the end, it is 0.
 std::string progress_json(const JobStatus& job);
 
 /// Shows the progress of a job. Uses no colours, so NO_COLOR does not matter. Not thread-safe.

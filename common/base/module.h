@@ -7,10 +7,10 @@
 
 namespace parray::base {
 
-/// Returns the path of a module (.so) or another file of ParRay. `name` has no directory. The path
-/// is in the directory of this program if the file exists there. Otherwise it is in ../lib/parray
-/// relative to that directory, where the file may be missing. Throws RunError if the system does
-/// not say where this program is.
+/// Returns the path of a file of ParRay that programs load: a module (.so), or data such as the
+/// font. `name` has no directory. The path is in the directory of this program if the file exists
+/// there. Otherwise it is in ../lib/parray relative to that directory, where the file may be
+/// missing. Throws RunError if the system does not say where this program is.
 std::filesystem::path module_file(const std::string& name);
 
 /// Loads module_file(file) and returns the address of the symbol `entry` that the module exports.

@@ -17,12 +17,13 @@ class Router {
   /// Answers a request. `arguments`: the parts of the path that stand for {...} in the pattern.
   using Handler = std::function<Reply(const Request&, const std::vector<std::string>& arguments)>;
 
-  /// Which requests are answered: those that the guard admits, or all.
+  /// Which requests the caller of find() may answer: those that Guard::admit() admits, or all.
   enum class Access : std::uint8_t { guarded, open };
 
   /// Adds a route. `pattern`: "/api/v1/jobs/{id}", where a part in braces stands for any text
-  /// without '/'. If several patterns fit a path, those with the fewest braces count. `queries`:
-  /// names of permitted parameters. GET also answers HEAD.
+  /// without '/' that is not empty. If several patterns fit a path, those with the fewest braces
+  /// win. `queries`: names of the permitted query parameters; string literals. GET also answers
+  /// HEAD.
   void add(const std::string& method, const std::string& pattern, Handler handler,
            std::vector<std::string_view> queries = {}, Access access = Access::guarded);
 
@@ -33,7 +34,7 @@ class Router {
     Access access = Access::guarded;
   };
   /// Returns the route of the request. Throws Problem 404 for an unknown path, 405 with the
-  /// permitted methods, or 400 for an unknown or repeated parameter.
+  /// permitted methods, or 400 for an unknown or repeated query parameter.
   [[nodiscard]] Match find(const Request& request) const;
 
  private:

@@ -30,7 +30,7 @@ class FairQueue {
   static constexpr double express_part = 0.25;
   /// Part of a user's time that goes to starving jobs.
   static constexpr double starving_part = 0.05;
-  /// Seconds without a regular turn after which a job starves.
+  /// Seconds without a lease by a regular or express turn after which a job starves.
   static constexpr double starving_after = 600;
 
   /// A job that needs leases.
@@ -41,13 +41,13 @@ class FairQueue {
     std::uint32_t priority = 0;
     bool fresh = false;     ///< neither it nor another frame of its series has had a lease yet
     double work_left = 0;   ///< thread-seconds of its series, roughly; only for comparisons
-    bool starving = false;  ///< it has had no regular turn for starving_after
+    bool starving = false;  ///< no regular or express turn for starving_after
     double waited = 0;      ///< seconds since its latest lease; read only if it starves
   };
 
   /// Replaces the jobs; `jobs` must be sorted by age, the oldest first. A user with jobs before and
-  /// after the call keeps its total of thread-seconds. A new one begins with the least total of
-  /// all.
+  /// after the call keeps its total of thread-seconds. A new user begins with the least total of
+  /// all users.
   void assign(const std::vector<Entry>& jobs);
 
   enum class Answer : std::uint8_t {
@@ -60,7 +60,7 @@ class FairQueue {
   /// lease. Returns whether one was.
   bool visit(const Offer& offer);
 
-  /// Returns whether visit() selected the job by a regular or express turn, not against starvation.
+  /// Returns whether visit() selected the job by a regular or express turn, not because it starves.
   [[nodiscard]] bool granted_by_turn() const { return lane_ != Lane::starving; }
 
   /// Charges the user of the job that visit() selected for these thread-seconds.

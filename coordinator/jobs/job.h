@@ -64,7 +64,7 @@ struct Job {
   /// When it was queued, in seconds since 1970. Negative: it has had a lease since then, or the
   /// time is not known.
   double queued_at = -1;
-  Time served = never;   ///< latest lease by a regular turn; never: not counted yet
+  Time served = never;   ///< latest lease with FairQueue::granted_by_turn(), or begin of waiting
   Time granted = never;  ///< latest lease
   Epoch next_epoch = 1;
   std::uint64_t spheres = 0;        ///< spheres and capsules; 0: not known yet

@@ -7,7 +7,7 @@
 
 namespace parray::coordinator {
 
-/// Makes the picture from the current sums. Pixels without a sample are filled. All
+/// Makes the picture from the current sums. Pixels without a sample get the colours of others. All
 /// half-widths are infinite while any pixel has fewer than two samples. `statistics`: also the
 /// numbers of samples and the half-widths, which take longer.
 PictureParts parts_so_far(const JobPicture& picture, bool statistics);

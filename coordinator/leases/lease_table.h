@@ -22,7 +22,9 @@ using MachineKey = std::uint64_t;  ///< value of machine_key() in machine_id.h
 struct Lease {
   Epoch epoch = 0;
   CellRange range;
-  bool divisible = false;  ///< the holder may return the first cells only: see LeaseTable::arrive()
+  /// The holder may return a result for the first cells only: see LeaseTable::arrive(). False for
+  /// copies and checks.
+  bool divisible = false;
 };
 
 /// Tracks which worker holds which cells of a pass. PROTOCOL.md, "A lease", shows the states.
@@ -58,17 +60,19 @@ class LeaseTable {
   struct Check {
     CellRange range;
     MachineKey by = 0;  ///< the machine that must trace them; 0: not chosen yet
-    /// Machines that traced the cells first, or failed to make the check.
+    /// Machines that must not make the check: those that traced the cells first, and those that
+    /// failed: see take_orphans().
     std::set<MachineKey> not_by;
   };
   /// Adds a check. It waits until grant() leases it to a worker of the machine `by`.
   void want_check(Check check) { checks_.push_back(std::move(check)); }
   /// Removes and returns the checks that need another machine. These are the waiting checks whose
-  /// `by` is not among `able`, and the checks whose lease ended without a result. A machine that
-  /// lost the lease of a check may get it again, unless it has lost most_losses such leases in a
-  /// row. `able`: the machines with a worker that may trace.
+  /// `by` is not among `able`, and the checks that failed: their lease ended without a valid
+  /// result. `not_by` of a check that failed includes the machine after reject() or give_back().
+  /// After drop_worker() or expire(), it does so only if the machine has lost the leases of
+  /// most_losses checks in a row. `able`: the machines with a worker that may trace.
   std::vector<Check> take_orphans(const std::set<MachineKey>& able);
-  /// Returns whether a check waits, is leased, or has failed and was not taken by take_orphans()
+  /// Returns whether a check waits, is leased, or has failed and take_orphans() has not returned it
   /// yet.
   [[nodiscard]] bool checks_remain() const;
 

@@ -14,8 +14,8 @@ namespace parray::store {
 /// Version of the tables that this program reads and writes.
 inline constexpr std::uint64_t present_version = 3;
 
-/// Prepares the database of a state directory for DiskStore: locks it for this process and creates
-/// the tables if it has none.
+/// Prepares the database of a state directory for DiskStore: locks it for this process until
+/// `database` is destroyed, and creates the tables of a new state.
 ///
 ///     jobs(id, scene, unfinished, record, batch)   record: record_to_json(); batch: see JobRow
 ///     scenes(digest, bytes, checksum)              size and XXH3-64 of the scene's file
@@ -23,12 +23,15 @@ inline constexpr std::uint64_t present_version = 3;
 ///     logs(job, number, bytes)                     committed bytes of the job's rows file
 ///     notes(name, text)
 ///
-/// `found`: the small files of the directory. Throws what Database throws; InputError for a state
-/// of another version; StateDamaged if the database lacks tables or is older than the small files.
+/// `found`: the small files beside the database (StateFiles): its copies and `commits`. Throws what
+/// Database throws, and InputError for a state of another version. Throws StateDamaged in two
+/// cases: the database has no tables, but `found` is not empty; or the tables have an earlier
+/// version, but the file `commits` exists. States of earlier versions do not have this file.
 void ready_database(Database& database, const StateFiles& files, const FoundFiles& found);
 
-/// The message for a database whose version is lower than that of the small files.
-inline constexpr const char* older_database = "the database is of an earlier version than the jobs";
+/// The message for tables of an earlier version in a state with the file `commits`.
+inline constexpr const char* older_database =
+    "parray.sqlite is of an earlier version than the other files of the state";
 
 /// Returns the message for a state of another version, which this program cannot read.
 std::string other_version_text(const std::filesystem::path& directory, std::uint64_t version);
@@ -36,10 +39,12 @@ std::string other_version_text(const std::filesystem::path& directory, std::uint
 /// Creates the tables of the present version in an empty database.
 void make_tables(Database& database);
 
-/// The state's database is damaged, and only --repair may use it.
+/// Error: the state's database is damaged. parray-coordinator --check lists the damage, --repair
+/// repairs it.
 class StateDamaged : public RunError {
  public:
-  /// `damage`: at least one line, one for each damage.
+  /// `damage`: at least one line, one for each damage. The message has the first line and the
+  /// number of further lines.
   StateDamaged(const std::filesystem::path& directory, const std::vector<std::string>& damage);
 };
 

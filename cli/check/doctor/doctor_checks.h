@@ -7,8 +7,9 @@
 namespace parray::doctor {
 
 /// Returns the checks of `parray doctor` in their order, with those of `--extremes` (extremes.h) if
-/// `extremes`. The checks share a temporary directory. It lasts until all copies of the checks are
-/// destroyed. Run the checks in this order: later ones need the directory.
+/// `extremes`. Run the checks in this order: the check "temporary directory" creates a directory in
+/// which later checks write. Without the directory, these are skipped. The directory lasts until
+/// all copies of the checks are destroyed.
 std::vector<Check> doctor_checks(bool extremes);
 
 }  // namespace parray::doctor

@@ -27,8 +27,8 @@ struct Atom {
   std::int32_t residue_number = 0;
   char insertion = ' ';
   char alternative = ' ';                 ///< letter of the alternative location; blank: none
-  bool doubtful_alternative = false;      ///< the letter may belong to the residue's name
-  bool two_letters = false;               ///< the name begins in the column of two-letter symbols
+  bool doubtful_alternative = false;      ///< the letter may begin the residue's name
+  bool two_letters = false;               ///< the name seems to begin with a two-letter symbol
   double occupancy = 1;                   ///< NaN: not known
   std::optional<std::uint8_t> element{};  ///< 0: no element; not given: guess it
   /// Type. If it is empty for all atoms of a frame, the types are the symbols of the elements. If
@@ -36,12 +36,14 @@ struct Atom {
   std::string_view type{};
 };
 
-/// A column whose values are mostly equal. It stores the values up to the last unusual one.
+/// A column in which most values equal `usual`. It stores only the values up to the last one that
+/// differs.
 template <typename T>
 class SparseColumn {
  public:
   explicit SparseColumn(T usual) : usual_(usual) {}
 
+  /// Sets the value of a particle. Call it in the order of the particles.
   void set(std::size_t particle, T value) {
     if (value == usual_) return;
     values_.resize(particle + 1, usual_);
@@ -50,10 +52,10 @@ class SparseColumn {
   [[nodiscard]] T at(std::size_t particle) const {
     return particle < values_.size() ? values_[particle] : usual_;
   }
-  /// Makes the value of a particle usual. It must have been set to an unusual one.
+  /// Sets the value of a particle back to the usual one. It must differ from the usual one.
   void reset(std::size_t particle) { values_[particle] = usual_; }
   [[nodiscard]] bool empty() const { return values_.empty(); }
-  /// Returns the values of `count` particles. Returns none if no unusual value was set.
+  /// Returns the values of `count` particles. Returns none if all values that were set are usual.
   [[nodiscard]] std::vector<T> values(std::size_t count) const {
     std::vector<T> all = values_;
     if (!all.empty()) all.resize(count, usual_);
@@ -74,12 +76,13 @@ struct AlternativeColumns {
 };
 
 /// Collects the atoms of one frame. At the end of the frame, it guesses missing elements from
-/// residue and name, and chooses among alternative locations. Notes count the guessed elements and
-/// the locations that were left out. The last call is finish_frame() or finish().
+/// residue and name, and chooses among alternative locations by ParticleRequest::alternatives.
+/// Notes count the guessed elements and the locations that were left out. The last call is
+/// finish_frame() or finish().
 class AtomColumns {
  public:
-  /// `names` are the numbers of the format. Those that the request wants become columns. `place` is
-  /// the position of the reader and must outlive this object.
+  /// `names`: the numeric columns of the format, such as "charge". Those that the request wants
+  /// become columns. `place` is the position of the reader and must outlive this object.
   AtomColumns(const FilePlace& place, const ParticleRequest& request,
               std::initializer_list<const char*> names = {});
 
@@ -100,14 +103,15 @@ class AtomColumns {
   /// Adds a bond between two different atoms, which count from 0 in the order of add().
   void bond(std::uint64_t one, std::uint64_t other);
   void bond(const StatedBond& bond) { bonds_.push_back(bond); }
-  /// Says that the file states all bonds of its atoms, if it states any.
+  /// Says that the file states all bonds of its atoms, if it states any. Then automatic bonds are
+  /// only those of the file, and close atoms get no others.
   void states_all_bonds() { all_bonds_ = true; }
 
   [[nodiscard]] std::size_t count() const { return columns_.count(); }
 
   /// Returns the atoms of a frame, which may be empty.
   Particles finish_frame();
-  /// Does the same. Fails at `place` if there are no atoms.
+  /// Does the same. Throws InputError at `place` if there are no atoms.
   Particles finish();
 
  private:

@@ -86,7 +86,7 @@ class BinaryInput {
   bool swapped_;
 };
 
-/// Returns `count`. Fails at `place` if it is negative or above limits::max_shapes.
+/// Returns `count`. Throws InputError at `place` if it is negative or above limits::max_shapes.
 inline std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place) {
   if (count < 0 || static_cast<std::uint64_t>(count) > limits::max_shapes) {
     place.fail(std::to_string(count) +
@@ -96,8 +96,8 @@ inline std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place) {
   return static_cast<std::uint64_t>(count);
 }
 
-/// Returns a frame with these positions and no other column. Fails at `place` for positions out of
-/// range.
+/// Returns a frame with these positions and no other column. Throws InputError at `place` for
+/// positions out of range.
 inline Particles frame_of(const std::vector<Vec3d>& positions, const FilePlace& place) {
   ParticleColumns columns(place);
   columns.expect(positions.size());

@@ -31,8 +31,8 @@ class AtomNumbers {
   /// Returns the index of the atom with this number. Returns nothing if no atom has it, or several
   /// have it.
   [[nodiscard]] std::optional<std::uint32_t> find(std::int64_t number);
-  /// Parses two numbers and returns the bond between the indices of their atoms. Fails at `place`
-  /// for numbers that not exactly one atom has, and for a bond of an atom to itself.
+  /// Parses two numbers and returns the bond between the indices of their atoms. Throws InputError
+  /// at `place` for numbers that not exactly one atom has, and for a bond of an atom to itself.
   StatedBond bond(std::string_view one, std::string_view other, const FilePlace& place);
 
  private:

@@ -97,8 +97,8 @@ class CifRow {
   }
   /// Returns the name of a coordinate for messages: "cartn_x".
   static std::string_view axis_name(CifItem item);
-  /// Returns a coordinate. The text may end with a standard uncertainty: 1.234(5). Fails at `place`
-  /// if the text is not a number.
+  /// Returns a coordinate. The text may end with a standard uncertainty: 1.234(5). Throws
+  /// InputError at `place` if the text is not a number.
   [[nodiscard]] double number(CifItem item, const FilePlace& place) const;
   /// Returns the number. Returns NaN for missing values and other texts.
   [[nodiscard]] double number_or_unknown(CifItem item) const;

@@ -46,8 +46,8 @@ struct Crystal {
 /// If several sites are at one place, the site with the highest occupancy stays. The choice `all`
 /// keeps all sites. Numbers: occupancy, b_factor.
 ///
-/// Fails at `place` if the cell is not valid, if an operation is not valid, for more than 1000
-/// operations, and for a crystal without sites.
+/// Throws InputError at `place` if the cell is not valid, if an operation is not valid, for more
+/// than 1000 operations, and for a crystal without sites.
 Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FilePlace& place);
 
 }  // namespace parray::input

@@ -28,9 +28,11 @@ class NameTable {
   explicit NameTable(const FilePlace& place) : place_(place) {}
 
   void add(const NamedAtom& atom);
-  /// Returns the atoms with all positions 0. Elements come from `elements`, one per atom. If it is
-  /// empty, they come from the masses, and then from the names; notes count these guesses. Adds the
-  /// columns charge and mass if the request wants them. Fails at `place` if there are no atoms.
+  /// Returns the atoms with all positions 0. `elements`: one atomic number per atom. If it is
+  /// empty, the elements come from the masses. An atom whose mass belongs to no element gets its
+  /// element from the names, unless its mass is below 1. Notes count these guesses. Adds the
+  /// columns charge and mass if the request wants them. Throws InputError at `place` if there are
+  /// no atoms.
   Particles finish(const ParticleRequest& request, std::vector<std::uint8_t> elements = {});
 
  private:

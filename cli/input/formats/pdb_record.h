@@ -54,7 +54,7 @@ bool is_atom_record(std::string_view line);
 /// - lines with blanks between fields, as in PQR, if columns 31 to 54 do not contain three numbers;
 ///   occupancy and temperature factor must follow the position.
 ///
-/// Fails at `place` for lines without a position.
+/// Throws InputError at `place` for lines without a position.
 void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 /// Reads a PDBQT record (AutoDock 4.2 User Guide): PDB with the partial charge in columns 67 to 76.
@@ -63,8 +63,8 @@ void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord
 
 /// Reads a PQR record ("PQR molecular structure format", pdb2pqr.readthedocs.io). Blanks separate
 /// the fields: serial, name, residue, chain (optional), residue number, x, y, z, charge, radius. If
-/// blanks are missing, the columns of PDB separate the fields up to z. Fails at `place` for lines
-/// without position, charge and radius.
+/// blanks are missing, the columns of PDB separate the fields up to z. Throws InputError at `place`
+/// for lines without position, charge and radius.
 void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 }  // namespace parray::input

@@ -38,7 +38,7 @@ struct RowLayout {
 using Fields = std::vector<std::string_view>;
 
 /// Returns the position in a row. The row must have all columns of `layout`, also in the functions
-/// below. Fails at `place` for texts that are not numbers.
+/// below. Throws InputError at `place` for texts that are not numbers.
 Vec3d position_of(const Fields& row, const RowLayout& layout, const FilePlace& place);
 
 /// Uses the column `diameter` if there is no column of radii.
@@ -54,8 +54,8 @@ std::vector<NumberField> other_fields(const std::vector<std::string>& names,
                                       const RowLayout& layout);
 
 /// Adds all values of a particle except its position. If the layout has no types, the texts of the
-/// elements are the types. Fails at `place` for radii, colours and (if strict) elements that are
-/// not valid. In numeric columns, texts that are not numbers mean "not known".
+/// elements are the types. Throws InputError at `place` for radii, colours and (if strict) elements
+/// that are not valid. In numeric columns, texts that are not numbers mean "not known".
 void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace& place,
                     ParticleColumns& columns);
 

@@ -37,16 +37,16 @@ void join_units(std::vector<std::string_view>& words);
 /// and z do not have the same known unit of length.
 bool take_units(const std::vector<std::string_view>& row, TableNames& table);
 
-/// Returns the unit of the positions. Empty: unknown. Fails at `place` if x, y and z have different
-/// units. The table must have positions.
+/// Returns the unit of the positions. Empty: unknown. Throws InputError at `place` if x, y and z
+/// have different units. The table must have positions.
 std::string unit_of_positions(const TableNames& table, const FilePlace& place);
 
 /// Returns the two angles of sky coordinates among the names: "ra" and "dec", or galactic
 /// "glon" and "glat", as in the table. Returns empty texts if there are none.
 std::array<std::string, 2> sky_angles(const TableNames& table);
 
-/// Fails at `place`, and says how to compute positions, if the table has sky coordinates instead of
-/// positions.
+/// Throws InputError at `place`, and says how to compute positions, if the table has sky
+/// coordinates instead of positions.
 void refuse_sky_coordinates(const TableNames& table, const FilePlace& place);
 
 }  // namespace parray::input

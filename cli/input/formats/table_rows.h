@@ -25,7 +25,7 @@ class FieldSplitter {
   explicit FieldSplitter(char separator) : separator_(separator) {}
 
   /// Replaces `fields` by those of `line`. They are valid until the next call, as long as `line`
-  /// is. Fails at `place` for quotes that are not closed or that text follows.
+  /// is. Throws InputError at `place` for quotes that are not closed or that text follows.
   void split(std::string_view line, const FilePlace& place, std::vector<std::string_view>& fields);
 
  private:
@@ -47,7 +47,8 @@ char separator_of(std::string_view header);
 class DecimalCommas {
  public:
   /// Changes fields such as "1,5" to "1.5", if they are numbers then. The fields are valid until
-  /// the next call. Fails at `place` if the table has decimal commas and decimal points.
+  /// the next call. Throws InputError at `place` if the table has decimal commas and decimal
+  /// points.
   void replace(const FilePlace& place, std::vector<std::string_view>& fields);
 
   /// Returns the number of the first line with a decimal comma; 0: none.

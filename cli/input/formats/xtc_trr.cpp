@@ -212,7 +212,8 @@ class XtcUnpacker {
 /// formats", xtc; Green, "xdrf library", EMBL 1995; Spångberg, Larsson and van der Spoel, J. Mol.
 /// Model. 17 (2011) 2669.
 ///
-/// Fails at `place` for damaged data, before it allocates more memory than the data can need.
+/// Throws InputError at `place` for damaged data, before it allocates more memory than the data can
+/// need.
 std::vector<Vec3d> unpack_xtc(const XtcPacking& packing, std::string_view bytes,
                               const FilePlace& place) {
   return XtcUnpacker(packing, bytes, place).all();

@@ -155,7 +155,7 @@ std::vector<double> numbers_in(std::string_view value) {
 }
 
 /// Returns the layout that Properties defines. Without Properties, a row has a name and a position.
-/// Fails at `place` for invalid Properties and for Properties without positions.
+/// Throws InputError at `place` for invalid Properties and for Properties without positions.
 XyzLayout xyz_layout(std::string_view comment, const FilePlace& place) {
   const std::string_view properties = value_of(comment, "properties=");
   if (!properties.empty()) return layout_of_properties(properties, place);

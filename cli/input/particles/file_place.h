@@ -21,17 +21,17 @@ struct FilePlace {
   Unit unit = Unit::whole_file;
   std::uint64_t number = 0;  ///< a line from 1, or a byte from 0; unused for `whole_file`
 
-  /// Throws InputError "FILE:LINE: PROBLEM" for a line, "FILE: byte N: PROBLEM" for a byte, and
-  /// "FILE: PROBLEM" for the whole file. Makes the file's name printable; the caller makes
-  /// `problem` printable.
+  /// Throws InputError at this place: "FILE:LINE: PROBLEM" for a line, "FILE: byte N: PROBLEM" for
+  /// a byte, and "FILE: PROBLEM" for the whole file. Makes the file's name printable; the caller
+  /// makes `problem` printable.
   [[noreturn]] void fail(std::string_view problem) const;
   /// Do the same for problems that damage, or a missing part of the file, explains.
   [[noreturn]] void fail_damaged(std::string_view problem) const;
   [[noreturn]] void fail_incomplete(std::string_view problem) const;
 };
 
-/// Parses a number. `what` names the number in the message. Fails at `place` for other texts and
-/// for numbers that are not finite.
+/// Parses a number. `what` names the number in the message. Throws InputError at `place` for other
+/// texts and for numbers that are not finite.
 double number_field(std::string_view text, std::string_view what, const FilePlace& place);
 
 /// Parses x, y and z in the three words from `at` on, like number_field(). `words` must contain
@@ -39,7 +39,8 @@ double number_field(std::string_view text, std::string_view what, const FilePlac
 Vec3d position_field(const std::vector<std::string_view>& words, std::size_t at,
                      const FilePlace& place);
 
-/// Parses a number of particles from 0 to limits::max_shapes. Fails at `place` for other texts.
+/// Parses a number of particles from 0 to limits::max_shapes. Throws InputError at `place` for
+/// other texts.
 std::uint64_t count_field(std::string_view text, const FilePlace& place);
 
 /// Error: a member of an item of `particles` in a scene file, or its option, does not suit the

@@ -24,7 +24,8 @@ class NameIndex {
  public:
   static constexpr std::size_t max_bytes = 256;
 
-  /// Appends a particle with this name. Fails at `place` if the name has more than max_bytes bytes.
+  /// Appends a particle with this name. Throws InputError at `place` if the name has more than
+  /// max_bytes bytes.
   void add(std::string_view name, const FilePlace& place);
   /// Returns the place of a name in column().names. Adds unknown names there.
   std::uint32_t number_of(std::string_view name);

@@ -21,13 +21,15 @@ enum class ParticleClass : std::uint8_t { water, protein, nucleic, ion, virtual_
 /// to the class.
 ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
 
-/// An expression that is bound to the columns of particles. Both must outlive it.
+/// An expression that is bound to the columns of particles. The expression and the particles must
+/// outlive this object.
 class Condition {
  public:
   /// Throws the errors of Selection::mask() (selection.h).
   Condition(const Expression& expression, const Particles& particles, int threads);
 
-  /// Returns 1 for each particle that satisfies the expression. It must not be a number.
+  /// Returns a mask with 1 for each particle that satisfies the expression. The expression must be
+  /// a condition, not a number.
   [[nodiscard]] ParticleMask mask() const;
 
  private:
@@ -55,7 +57,7 @@ class Condition {
   std::vector<Condition> parts_;
   std::optional<NumberSource> number_;
   const std::vector<std::uint32_t>* index_ =
-      nullptr;                       ///< column of indices into `table_`; none: elements
+      nullptr;  ///< column of indices into `table_`; null: the elements are the indices
   std::vector<std::uint8_t> table_;  ///< 1 for each entry that satisfies the condition
   ParticleMask mask_;  ///< of all particles; empty if the condition is evaluated in blocks
 };

@@ -19,7 +19,8 @@ inline constexpr double light_background = 0.57;
 /// drawn pixels become opaque.
 class Canvas {
  public:
-  /// `alpha`: one value per pixel, or empty for an opaque picture. Both must outlive the canvas.
+  /// `alpha`: one value per pixel, or empty for an opaque picture. `image` and `alpha` must outlive
+  /// the canvas.
   Canvas(Image& image, std::vector<float>& alpha) : image_(image), alpha_(alpha) {}
 
   [[nodiscard]] double width() const { return image_.width; }

@@ -13,12 +13,13 @@ namespace parray::picture {
 /// The functions of the module.
 struct ExrCodec {
   /// Writes a file. Returns "" on success, otherwise the reason. write_image() has checked the
-  /// arguments. `metadata` has the form of as_kept(). `fast`: no compression. Passes on exceptions
-  /// of `between_strips`.
+  /// arguments. `metadata` has the form of as_kept() (image_metadata.h). `fast`: no compression.
+  /// Passes on exceptions of `between_strips`.
   std::string (*write)(const std::string& file, const Image& image, const ImageMetadata& metadata,
                        const Channels& channels, const std::function<void()>& between_strips,
                        bool fast);
-  /// Reads the first part of an EXR file. Throws InputError as read_image() does.
+  /// Reads an EXR file; of a file with several parts, the first part. Throws InputError as
+  /// read_image() does.
   ImageFile (*read)(const std::string& file);
   /// Returns the version of OpenEXR that the module was built with: "3.1.5".
   std::string (*version)();

@@ -39,7 +39,7 @@ inline Camera moved(Camera camera, const Vec3d& origin) {
   return camera;
 }
 
-/// Sets the first hit of a camera ray that meets nothing.
+/// Fills `first` for a camera ray that hits nothing.
 template <typename Real>
 void set_sky(const Ray<Real>& ray, FirstHit& first) {
   first.shape = no_shape;
@@ -48,9 +48,10 @@ void set_sky(const Ray<Real>& ray, FirstHit& first) {
   first.normal = {};
 }
 
-/// Sets the first hit of a camera ray; `outward` is the outward unit normal of the surface at the
-/// hit, and hit.shape the shape's number in the scene. The function sets the fields one by one: a
-/// copy of the whole stalls, because its parts have just been stored.
+/// Fills `first` for a camera ray that hits a shape. `outward` is the outward unit normal of the
+/// surface at the hit, and hit.shape the shape's number in the scene. The function sets the fields
+/// one by one. To make a FirstHit and copy it would be slower: the processor waits when it loads,
+/// in larger pieces, what it has just stored.
 template <typename Real>
 void set_hit(const Ray<Real>& ray, const Hit<Real>& hit, const Vec3<Real>& outward,
              FirstHit& first) {
