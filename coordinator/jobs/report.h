@@ -22,7 +22,7 @@ struct RenderFacts {
   double build_seconds = 0;             ///< the longest of any worker, for its accelerator
   std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker
   std::string isa;                      ///< instruction set of the latest result, or of rank 0
-  std::uint32_t threads = 0;            ///< of these workers together
+  std::uint32_t threads = 0;            ///< sum over all that `workers` counts
   std::size_t workers = 0;              ///< workers with an accepted result, or ranks
 };
 
