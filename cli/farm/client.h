@@ -127,7 +127,7 @@ class Client {
                        std::uint32_t priority = 0);
   /// Returns job maps with their total number. `wanted`: which jobs, in which order.
   msg::Jobs list(msg::ListJobs wanted);
-  /// Return lists of the maps of PROTOCOL.md.
+  /// Return lists of the maps of PROTOCOL.md: at most msg::most_listed. Of more jobs, the newest.
   nlohmann::json jobs();
   nlohmann::json workers();
   /// Returns the map of one worker, with its history and its recent failures. Throws InputError if
