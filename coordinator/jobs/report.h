@@ -16,7 +16,8 @@ namespace parray::coordinator {
 
 /// What a report says about the render itself.
 struct RenderFacts {
-  double render_seconds = 0;            ///< from the first lease to the last result
+  /// From the first lease of this process until the picture was complete.
+  double render_seconds = 0;
   double deciding_seconds = 0;          ///< part of these for planning passes, without any tracing
   double trace_seconds = 0;             ///< sum of the tracing times of all workers
   double build_seconds = 0;             ///< the longest of any worker, for its accelerator

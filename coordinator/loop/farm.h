@@ -72,7 +72,7 @@ struct Farm {
   void announce(FarmEventKind kind, const std::string& worker, const std::string& text);
   /// Counts the end of a job and notes it for the operator, as FarmWatch::note() does.
   void announce_end(const Job& job);
-  /// Notes that a job that was queued gets its first lease.
+  /// Notes that a job gets its first lease since it was queued.
   void note_begun(Job& job);
   /// Notes the state of the farm if ten seconds have passed.
   void note_history();
