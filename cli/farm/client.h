@@ -127,7 +127,7 @@ class Client {
                        std::uint32_t priority = 0);
   /// Returns job maps with their total number. `wanted`: which jobs, in which order.
   msg::Jobs list(msg::ListJobs wanted);
-  /// Return lists of the maps of PROTOCOL.md.
+  /// Return lists of the maps of PROTOCOL.md: at most msg::most_listed. Of more jobs, the newest.
   nlohmann::json jobs();
   nlohmann::json workers();
   /// Returns the map of one worker, with its history and its recent failures. Throws InputError if
@@ -139,7 +139,7 @@ class Client {
   /// Changes the worker `name` or, if `host`, all workers of the host `name`. Returns the maps of
   /// all connected workers of this name or host.
   nlohmann::json steer_workers(msg::WorkerAction action, const std::string& name, bool host);
-  /// Fetches the picture of a finished job and checks its SHA-256.
+  /// Fetches the picture of a job that is done, and checks its SHA-256.
   Picture fetch(JobId job, PictureDetail detail = PictureDetail::image);
   /// Fetches the picture of a job as it is now. Its report has `partial` and `samples`, if the job
   /// is not done.
@@ -158,7 +158,7 @@ class Client {
   /// The journal of a job; see coordinator/jobs/journal.h.
   struct JobJournal {
     nlohmann::json job;     ///< the job map
-    nlohmann::json report;  ///< for a finished job; otherwise empty
+    nlohmann::json report;  ///< of a job that is done; otherwise empty
     std::string journal;    ///< encoded; read_journal() decodes it
   };
   /// Returns the journal of a job with its map and report.

@@ -14,9 +14,9 @@ namespace parray::mpi {
 /// so each can continue a job of the other.
 class CheckpointedJob {
  public:
-  /// Resumes the unfinished job of the same picture in `directory`, if there is one, with its own
-  /// plan (schedule, row order and tile). Otherwise begins a new job with `tile` (see WorkPlan),
-  /// and makes the store when there are results to save.
+  /// Resumes the unfinished job of the same picture in `directory`, if there is one, with the plan
+  /// of that job (schedule, row order, progressive and tile). Otherwise begins a new job with
+  /// `tile` (see WorkPlan), and makes the store when there are results to save.
   ///
   /// `named`: the user has named the directory, so forget() does not remove it. Throws InputError
   /// or RunError as DiskStore does, and RunError if the saved job is damaged.
@@ -32,16 +32,17 @@ class CheckpointedJob {
   std::shared_ptr<const Scene> take_scene() { return std::move(scene_); }
   /// Returns a new copy of the scene, made from its bytes.
   [[nodiscard]] std::shared_ptr<const Scene> copy_scene() const;
-  /// Returns the finished work as text: "43.1 %". For a picture in passes, whose number is unknown:
-  /// "57.3 samples per pixel". Call it only after the first pass has begun.
+  /// Returns the finished work as text: "43.1 %". For a picture in passes, whose number of samples
+  /// is not known in advance: "57.3 samples per pixel". Call it only after the first pass has
+  /// begun.
   [[nodiscard]] std::string amount_text() const;
 
   /// Call when the picture is complete. Drops results that are not saved yet. In a directory that
   /// the user has named, marks the job as done, and replaces the saved results by picture and
   /// report.
   void keep_picture(const Picture& picture);
-  /// Removes the directory, unless the user has named it. Call when the picture file is written.
-  /// run() is then invalid.
+  /// Removes the job's files, and then the directory if it is empty. Does nothing if the user has
+  /// named the directory. Call when the picture file is written. Afterwards do not use run().
   void forget();
 
  private:

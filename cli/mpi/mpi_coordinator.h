@@ -32,8 +32,10 @@ struct PassResources {
 class MpiCoordinator {
  public:
   struct Options {
-    Time patience = seconds(60);    ///< run_pass() throws after this time without any progress
-    Time checkpoint = seconds(10);  ///< shortest interval between saves to disk
+    Time patience = seconds(60);  ///< run_pass() throws after this time without any progress
+    /// Shortest interval between saves to disk. A full buffer (JobRun::buffer_full()) is saved at
+    /// once.
+    Time checkpoint = seconds(10);
     ProgressOptions following;
     std::uint32_t threads = 1;      ///< threads of rank 0
     std::uint32_t all_threads = 1;  ///< threads of all ranks together
@@ -53,8 +55,8 @@ class MpiCoordinator {
   /// no rank makes progress or if rank 0 itself returned wrong bits, Interrupted after a signal;
   /// both after the results are on disk.
   ///
-  /// `resources` and `transport` must live until the next call: barrier(), last_barrier(), facts()
-  /// and rank_value() use them.
+  /// `resources` and `transport` must live until the next call of run_pass(): barrier(),
+  /// last_barrier(), facts() and rank_value() use them.
   bool run_pass(PassResources& resources, Transport& transport);
 
   /// Waits until all ranks have ended the pass. Throws as run_pass() does. Collective.

@@ -5,8 +5,9 @@
 namespace parray::mpi {
 
 /// Renders a scene with all ranks of this mpirun. Rank 0 returns the exit status, other ranks
-/// return 0. Throws InputError, RunError or Interrupted before the ranks begin to render. A later
-/// error prints a line on stderr and ends all ranks (MPI_Abort).
+/// return 0. Throws InputError, RunError or Interrupted before the ranks begin to render. An error
+/// during rendering prints a line on stderr and ends all ranks. If rank 0 cannot write the files,
+/// it prints a line on stderr and returns the exit status.
 int mpi_render(const MpiOptions& options);
 
 }  // namespace parray::mpi

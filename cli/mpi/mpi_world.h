@@ -40,7 +40,8 @@ class MpiWorld {
   [[nodiscard]] bool all_of(bool value) const;
 
   /// Waits for all ranks without using a processor. Returns false if a rank is still missing after
-  /// `patience`. Calls `meanwhile` every millisecond. Collective.
+  /// `patience`: then no other collective operation is possible. Calls `meanwhile` every
+  /// millisecond. Collective.
   bool barrier(
       Time patience, const std::function<void()>& meanwhile = [] {}) const;
 

@@ -54,8 +54,9 @@ class DisputeDesk {
   /// Returns the number of the latest finding (FaultFinding). A new job starts with it, because
   /// earlier findings do not concern it.
   [[nodiscard]] std::uint64_t latest_finding() const { return fault_findings_.latest(); }
-  /// Bars the workers with the name `name`, or, if `host`, all workers of the host `name`. They
-  /// finish the leases that they hold. `asker`: for the log. Call keep_worker_notes() afterwards.
+  /// Bars the workers with the name `name`, or, if `host`, all workers of the host `name`, also
+  /// those that join later. They finish the leases that they hold. `asker`: for the log. Call
+  /// keep_worker_notes() afterwards.
   void drain(const std::string& name, bool host, const std::string& asker);
   /// Ends drains and quarantines, also of machines without a connected worker: if `host`, of the
   /// host `name`; otherwise of the workers, key or address `name`. Call keep_worker_notes()

@@ -95,8 +95,8 @@ struct Reply {
   std::shared_ptr<const FileBody> file{};  ///< replaces `body` if set
 };
 
-/// Returns the result of `act()`. If that throws a Problem with the status `from`, throws the same
-/// Problem with the status `to`.
+/// Returns the result of `act()`. If that throws a Problem with the status `from`, throws a Problem
+/// with the same message and exit status, the status `to`, and no header fields.
 auto with_status(int from, int to, const auto& act) {
   try {
     return act();
@@ -106,10 +106,11 @@ auto with_status(int from, int to, const auto& act) {
   }
 }
 
-/// Returns the reason phrase of a status: "Not Found" for 404.
+/// Returns the reason phrase of a status: "Not Found" for 404. Of an unknown status: "Error".
 std::string_view reason_of(int status);
 
-/// Returns the header fields of the reply, except Content-Type and Content-Length.
+/// Returns the header fields of the reply, except Content-Type and Content-Length. Adds those that
+/// every reply has, such as Cache-Control.
 Fields fields_of(const Reply& reply);
 
 /// Return a reply with the given content. problem_reply() returns a document of RFC 9457.

@@ -15,8 +15,8 @@ namespace parray::http {
 /// compression. Only one file is open at a time. Archives above 4 GiB use the records of Zip64.
 class ZipStream final : public BodyStream {
  public:
-  /// A file of the archive, below 4 GiB. The stream calls `open` when the file's turn comes. An
-  /// exception of `open`, or a larger file, ends the stream.
+  /// A file of the archive, below 4 GiB. The stream calls `open` when the file's turn comes. If
+  /// `open` throws, or the file is larger, next() throws.
   struct Member {
     std::string name;  ///< file name in the archive
     std::function<std::shared_ptr<const FileBody>()> open;

@@ -21,7 +21,8 @@ struct Options {
   std::string state;  ///< directory of the state; empty: nothing outlives the process
   std::vector<std::string> hosts;  ///< accepted host names besides localhost and IP addresses
   std::vector<std::string> webhook_hosts;  ///< hosts that webhooks may address
-  /// Requests answered at once, without event streams, waits for jobs and large uploads.
+  /// Limit of requests that are answered at the same time. Event streams, waits for jobs and large
+  /// uploads do not count.
   std::size_t threads = 80;
   std::size_t connections = 1024;                 ///< limit of all connections
   std::size_t address_connections = 256;          ///< limit of connections per address

@@ -11,7 +11,8 @@
 
 namespace parray::http {
 
-/// Whether the loop may have to read or write files before it answers this request.
+/// Whether ask() waits for the answer to this request up to 60 seconds, because the loop may have
+/// to read or write files first.
 template <typename Asked>
 inline constexpr bool waits_for_disk =
     std::is_same_v<Asked, msg::Submit> || std::is_same_v<Asked, msg::Fetch> ||

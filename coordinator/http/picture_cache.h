@@ -56,10 +56,11 @@ class PictureCache {
     std::shared_ptr<const FileBody> file;            ///< null for a thumbnail
     std::shared_ptr<const std::string> thumbnail{};  ///< null for other files
     std::string etag;
-    std::uint32_t width = 0;    ///< of the whole picture, in pixels
-    std::uint32_t height = 0;   ///< of the whole picture, in pixels
-    std::uint64_t samples = 0;  ///< samples of all pixels together
-    bool partial = false;       ///< the job is not done
+    std::uint32_t width = 0;   ///< of the whole picture, in pixels
+    std::uint32_t height = 0;  ///< of the whole picture, in pixels
+    /// Samples of all pixels together. 0 for `cost` and the workers' files of an unfinished job.
+    std::uint64_t samples = 0;
+    bool partial = false;  ///< the job is not done
   };
   /// Returns the cached file, or makes it. `owner`: the name under which the request waits for its
   /// turn (owner_of()). `thumbnail_width`: for `png`, the width in pixels of a smaller copy, if the

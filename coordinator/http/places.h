@@ -53,7 +53,7 @@ class Places {
     const std::string owner_;
   };
 
-  /// Makes all constructors of Place that wait fail, and later ones that would have to wait.
+  /// Makes all constructors of Place that wait fail, and all later ones.
   void stop();
   /// Returns the number of entries that wait for a place.
   [[nodiscard]] std::size_t waiting();

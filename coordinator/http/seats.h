@@ -26,7 +26,8 @@ struct SeatLimits {
 
 /// Tracks all connections and decides which one to close when a limit is reached. Connections
 /// whose request is not being answered make room for new ones: first those whose last answer was
-/// sent, then the oldest. Not thread-safe. Does no I/O. An address is an owner_of_address().
+/// sent, then those that have waited longest for a request or for the rest of one. Not thread-safe.
+/// Does no I/O. An address is an owner_of_address().
 class Seats {
  public:
   explicit Seats(SeatLimits limits) : limits_(limits) {}

@@ -48,8 +48,9 @@ std::uint64_t preview_in_options(const std::string& options);
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
 
 /// Translates a message of parray-http-child for the client. `words`: the result of
-/// words_of_options(). If the message begins with an option of `words`, a JSON pointer replaces it:
-/// "--spp: ..." becomes "options: /spp: ...".
+/// words_of_options(). If the message begins with an option of `words`, or with a file's name and
+/// then such an option, a JSON pointer replaces the option: "--spp: ..." becomes "options: /spp:
+/// ...". Also removes the advice to see the help of parray.
 std::string message_about_options(const std::string& message,
                                   const std::vector<std::string>& words);
 

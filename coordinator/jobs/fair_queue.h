@@ -30,7 +30,8 @@ class FairQueue {
   static constexpr double express_part = 0.25;
   /// Part of a user's time that goes to starving jobs.
   static constexpr double starving_part = 0.05;
-  /// Seconds without a lease by a regular or express turn after which a job starves.
+  /// Seconds without a lease by a regular or express turn after which a job starves. They count
+  /// from its latest such lease, or from when it began to wait.
   static constexpr double starving_after = 600;
 
   /// A job that needs leases.
@@ -42,7 +43,8 @@ class FairQueue {
     bool fresh = false;     ///< neither it nor another frame of its series has had a lease yet
     double work_left = 0;   ///< thread-seconds of its series, roughly; only for comparisons
     bool starving = false;  ///< no regular or express turn for starving_after
-    double waited = 0;      ///< seconds since its latest lease; read only if it starves
+    /// Seconds since its latest lease, or since it began to wait. Read only if it starves.
+    double waited = 0;
   };
 
   /// Replaces the jobs; `jobs` must be sorted by age, the oldest first. A user with jobs before and

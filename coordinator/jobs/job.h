@@ -65,7 +65,7 @@ struct Job {
   /// time is not known.
   double queued_at = -1;
   Time served = never;   ///< latest lease with FairQueue::granted_by_turn(), or begin of waiting
-  Time granted = never;  ///< latest lease
+  Time granted = never;  ///< latest lease, or begin of waiting
   Epoch next_epoch = 1;
   std::uint64_t spheres = 0;        ///< spheres and capsules; 0: not known yet
   std::unique_ptr<JobWork> work;    ///< null while the job waits and when it has ended
@@ -85,12 +85,13 @@ struct Job {
   }
   /// Estimates the samples that are not traced yet. The upper bound while samples_known() is false.
   [[nodiscard]] double samples_left(Time now) const;
-  /// Estimates the seconds until the end. -1: unknown.
+  /// Estimates the seconds until the end. -1: unknown, or the job has ended.
   [[nodiscard]] double seconds_left(Time now) const;
   /// Returns the number of merged samples.
   [[nodiscard]] std::uint64_t samples() const;
   [[nodiscard]] double samples_a_pixel() const;
-  /// Returns the seconds between its first lease and its end or now, without pauses.
+  /// Returns the seconds between its first lease and its end or now. Pauses by clients and times
+  /// without a coordinator do not count.
   [[nodiscard]] double seconds_taken(Time now) const;
   /// Begins (`counts`) or stops counting seconds_taken().
   void count_time(Time now, bool counts);
@@ -106,7 +107,8 @@ struct Job {
   [[nodiscard]] bool tracing() const { return phase == JobPhase::tracing; }
   /// Returns the state that clients see: that of the record, or a temporary one.
   [[nodiscard]] std::string_view shown_state() const;
-  /// Returns the mean speed since the first lease in this process. 0: not known yet.
+  /// Returns the mean speed since the first lease in this process, pauses included. 0: not known
+  /// yet, or the job has ended.
   [[nodiscard]] double samples_per_second(Time now) const;
   /// Returns the share of the work that is done, 0 to 1. With an error target it is an estimate
   /// from the current error, below 1 until the job is done. It decreases if results are removed

@@ -12,7 +12,9 @@ namespace parray::coordinator {
 /// A page of the list of jobs.
 struct JobList {
   std::vector<const JobIndex::Frames*> page;  ///< single jobs and series
-  std::uint64_t total = 0;  ///< jobs on all pages; not counted (0) with JobOrder::newest
+  /// Jobs and series on all pages, whatever ListJobs::before says. Not counted (0) with
+  /// JobOrder::newest.
+  std::uint64_t total = 0;
 };
 
 /// Selects and sorts jobs as `request` says. `now`: of the loop. Takes linear time in the number of

@@ -49,7 +49,8 @@ class JobRun {
   explicit JobRun(JobRecord record, Store* store = nullptr)
       : JobRun(std::move(record), store, {}) {}
   /// Makes a run that buffers results in memory until pack_next() or commit(). `open` returns the
-  /// store. If `store` is null, the run calls `open` when it has a result to save.
+  /// store. If `store` is null, the run calls `open` when it first writes results or, in finish(),
+  /// the picture.
   JobRun(JobRecord record, Store* store, OpenStore open)
       : record_(std::move(record)), store_(store), open_(std::move(open)) {}
 
@@ -100,8 +101,8 @@ class JobRun {
   void finish(const Image& image, const PictureStatistics& statistics, std::string report,
               std::string_view journal = {});
 
-  /// Replaces the record by a newer one. Its passes and fault findings stay, because those of the
-  /// run are the latest.
+  /// Replaces the record by a newer one and gives it to the store. The run keeps its own passes and
+  /// fault findings, because these are the latest.
   void put(JobRecord record);
   [[nodiscard]] JobRecord& record() { return record_; }
   [[nodiscard]] JobPicture& picture() { return *picture_; }

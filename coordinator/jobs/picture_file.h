@@ -20,7 +20,8 @@ PictureFile read_picture_file(Store& store, JobId job);
 
 /// Returns the new flag of a job whose picture was read. If the file is or was damaged, a new note
 /// on this replaces the older note in `flag`. If the file is undamaged, the older note disappears,
-/// unless it says that the file was restored: the disk may be defective.
+/// unless it says that the file was restored: the disk may be defective. A missing file changes
+/// nothing.
 std::string flag_with(const std::string& flag, const PictureFile& kept);
 
 }  // namespace parray::coordinator

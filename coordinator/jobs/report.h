@@ -16,13 +16,14 @@ namespace parray::coordinator {
 
 /// What a report says about the render itself.
 struct RenderFacts {
-  double render_seconds = 0;            ///< from the first lease to the last result
+  /// From the first lease of this process until the picture was complete.
+  double render_seconds = 0;
   double deciding_seconds = 0;          ///< part of these for planning passes, without any tracing
   double trace_seconds = 0;             ///< sum of the tracing times of all workers
   double build_seconds = 0;             ///< the longest of any worker, for its accelerator
   std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker
   std::string isa;                      ///< instruction set of the latest result, or of rank 0
-  std::uint32_t threads = 0;            ///< of these workers together
+  std::uint32_t threads = 0;            ///< sum over all that `workers` counts
   std::size_t workers = 0;              ///< workers with an accepted result, or ranks
 };
 

@@ -27,19 +27,19 @@ class LeaseDesk {
   /// Grants leases, one at a time, in turn to the workers that hold fewer leases than they want
   /// (msg::Hello::capacity). Does nothing while the store cannot commit, while thousands of tasks
   /// wait for the job thread, or if no event since the last call can have changed the outcome.
-  /// False: the loop's turn is over, and more leases may be granted in the next one.
+  /// False: it has granted as many leases as one call may. Call it again in the loop's next turn.
   bool grant_leases(Time now);
   /// Takes the leases whose deadlines have passed from their holders.
   void expire_leases(Time now);
   /// Returns the next deadline of a lease; `never` if no worker holds one.
   [[nodiscard]] Time next_deadline() const;
   /// Notes that `failure` ended a lease. Fails the job if it is at fault (JobFailures). If another
-  /// connected worker has traced a part of it, the failing worker gets no leases for some time
-  /// (Backoff).
+  /// connected worker has traced a part of the job, the failing worker gets no leases for some time
+  /// (Backoff), unless the failure is excused.
   void note_failure(Time now, Job& job, Failure failure);
-  /// Decides, after `worker` joined, what became of workers of its machine that were lost. If it is
-  /// the same process, only the connection was lost. If it is another process, the lost one died:
-  /// that counts as a failure.
+  /// Decides, after `worker` joined, what became of lost workers of its machine or its name. If it
+  /// is the same process, only the connection was lost. If it is another process, the lost one
+  /// died: that counts as a failure.
   void check_losses(Time now, const WorkerRecord& worker);
   /// Tells the worker registry which failing workers get no leases at present, and until when.
   void hold_back(Time now);

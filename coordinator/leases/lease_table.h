@@ -47,8 +47,8 @@ class LeaseTable {
 
   /// Leases cells to `worker`: those of a waiting check whose `by` is `machine`, otherwise the
   /// first pending cells. Returns nothing if there are neither. `request` (the worker's threads and
-  /// speed) and `farm` determine the number of pending cells. `machine`: the machine of the worker;
-  /// 0: the worker gets no checks.
+  /// speed) and `farm` determine how many pending cells it leases. `machine`: the machine of the
+  /// worker; 0: the worker gets no checks.
   std::optional<Lease> grant(Time deadline, WorkerId worker, const LeaseRequest& request,
                              const FarmSpeed& farm, MachineKey machine = 0);
   /// Leases to `worker` a copy of another worker's lease, with the same range and epoch. Takes the

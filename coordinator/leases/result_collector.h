@@ -83,12 +83,14 @@ class ResultCollector {
   struct Retraction {
     /// Cells whose results this call has removed: all merged cells of the cleared pixels.
     std::vector<CellRange> cells;
-    std::vector<Unchecked> unchecked;  ///< merged cells that the retracted tracer had checked
+    /// Merged cells that the retracted tracer had checked. Others may have checked them, too.
+    std::vector<Unchecked> unchecked;
   };
   /// Clears all pixels of which `tracer` has traced a merged cell, and forgets its checks. (Sums of
   /// single cells are not kept, so all cells of such a pixel must be traced again.)
   Retraction retract(TracerKey tracer);
-  /// Clears the pixels of these cells. Returns the cells whose results this call has removed.
+  /// Clears the pixels of the merged cells among these. Returns the cells whose results this call
+  /// has removed.
   std::vector<CellRange> retract(const std::vector<CellRange>& ranges);
   /// Returns whether `tracer` traced a merged cell.
   [[nodiscard]] bool has_cells_of(TracerKey tracer) const;

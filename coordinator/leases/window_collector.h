@@ -29,7 +29,7 @@ class WindowCollector {
  public:
   /// Counts over all passes of a job.
   struct Totals {
-    std::uint64_t entries = 0;     ///< merged results
+    std::uint64_t entries = 0;     ///< accepted results, also those without a new cell
     std::uint64_t duplicates = 0;  ///< repeated cells with the same bits
     std::uint64_t mismatches = 0;  ///< repeated cells with other bits
     std::uint64_t corrupt = 0;     ///< results with a wrong digest or impossible numbers
@@ -53,7 +53,8 @@ class WindowCollector {
                   RankThreads threads = {});
 
   /// Merges logged results of about `most_cells` cells with merging_threads() threads. Also lets
-  /// the judge trace a few of its rechecks, and stops faulty ranks. False: it has merged no result.
+  /// the judge trace a few of its rechecks, and stops faulty ranks. False: it has accepted no
+  /// result.
   bool collect(Time now, std::uint64_t most_cells);
   /// Returns whether the last collect() left logged results for the next call.
   [[nodiscard]] bool behind() const { return behind_; }

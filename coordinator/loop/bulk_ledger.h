@@ -25,9 +25,10 @@ class BulkLedger {
 
   /// Counts one answer until it is destroyed.
   using Ticket = std::shared_ptr<const void>;
-  /// Admits an answer of `bytes` to the client's request of this number (0: callers do not ask for
-  /// this request). Null: there is no room now. A single answer may exceed the limit if no other
-  /// answer is counted. Takes logarithmic time in the numbers of clients and of their answers.
+  /// Admits an answer of `bytes` bytes to a client. `request`: its number, for serves(peer,
+  /// request). Null: there is no room now, or the client has `most_of_peer` answers. A single
+  /// answer may exceed the limit if no other answer is counted. Takes logarithmic time in the
+  /// numbers of clients and of their answers.
   Ticket admit(const PeerId& peer, std::uint64_t bytes, std::uint64_t request = 0);
   /// Returns whether an answer to this client is counted.
   [[nodiscard]] bool serves(const PeerId& peer) const;

@@ -30,7 +30,8 @@ class ClientRequests {
         disputes_(disputes),
         worker_desk_(worker_desk) {}
 
-  /// Handle the requests of PROTOCOL.md. Each request gets one answer, which may be an error.
+  /// Handle the requests of PROTOCOL.md. Each request gets one answer, which may be an error. A
+  /// fetch that is repeated before its answer has left gets no second answer.
   void on(Time now, const PeerId& peer, msg::ListJobs& m);
   void on(Time now, const PeerId& peer, msg::ShowJob& m);
   void on(Time now, const PeerId& peer, msg::Fetch& m);

@@ -24,7 +24,8 @@ struct CoordinatorOptions {
   /// workers both are n times as long, but three heartbeats still fit into `lease_timeout`.
   std::size_t heartbeat_workers = 1000;
   /// The coordinator takes a lease back if its holder traces nothing for this long. Longer than the
-  /// most expensive cell takes on a slow, loaded machine.
+  /// most expensive cell takes on a slow, loaded machine. Preparing a job counts as tracing, but at
+  /// most for 30 times this long.
   Time lease_timeout = seconds(10);
   /// Shortest and longest lease, in seconds. A worker holds two leases, and the next user in turn
   /// waits for them. A worker returns a part of a lease that takes twice the longest.
@@ -39,7 +40,8 @@ struct CoordinatorOptions {
   std::uint64_t memory = std::uint64_t{8} << 30;
   /// Whether a job's time limit counts from its submit instead of its first lease.
   bool waiting_counts = false;
-  /// Number of different machines that must fail at the same cells before the job fails.
+  /// Number of machines that must fail before a job fails, unless the job has its own number.
+  /// JobFailures says which machines count, and when fewer suffice.
   std::uint32_t max_failures = 3;
   /// Called when a machine gets no more leases because it returned wrong bits, with the reason. An
   /// exception ends the coordinator. Null: the coordinator waits for other machines.

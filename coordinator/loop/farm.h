@@ -49,8 +49,8 @@ struct Tally {
 /// Plain data with a few services on it; every rule belongs to one of the parts: WorkerDesk,
 /// JobBook, LeaseDesk, DisputeDesk, ClientRequests, WorkerLogs. Not thread-safe.
 struct Farm {
-  /// `store` may be null: then nothing outlives the process. `job_thread` runs tasks on the store;
-  /// it must be destroyed before the parts whose completions it calls.
+  /// `kept_in`: the store; null: nothing outlives the process. `tasks` runs tasks on the store; it
+  /// must be destroyed before the parts whose completions it calls.
   Farm(CoordinatorOptions options_of_farm, Store* kept_in,
        std::shared_ptr<spdlog::logger> log_of_farm, JobThread& tasks);
 
@@ -70,9 +70,9 @@ struct Farm {
 
   /// Notes an event for the operator of the farm.
   void announce(FarmEventKind kind, const std::string& worker, const std::string& text);
-  /// Counts the end of a job and notes it for the operator. Frames of a series are one event.
+  /// Counts the end of a job and notes it for the operator, as FarmWatch::note() does.
   void announce_end(const Job& job);
-  /// Notes that a job that was queued gets its first lease.
+  /// Notes that a job gets its first lease since it was queued.
   void note_begun(Job& job);
   /// Notes the state of the farm if ten seconds have passed.
   void note_history();

@@ -70,7 +70,7 @@ class FarmWatch {
 
   /// Adds an event. Consecutive events of one kind about frames of one series become one.
   void note(FarmEvent event);
-  /// Remembers a worker that left, for an hour.
+  /// Remembers a worker that left, until note_joined() or forget_old() drops it.
   void note_left(LeftWorker worker);
   /// Forgets that workers of this name left: one is here again.
   void note_joined(const std::string& name);

@@ -42,7 +42,7 @@ class JobThread {
   };
   /// `store` may be null: then everything counts as committed. From now on only tasks may use it.
   JobThread(Store* store, Options options);
-  /// Waits for the running task and drops the others.
+  /// Waits for the running task and drops the others. Does not commit.
   ~JobThread();
   JobThread& operator=(JobThread&&) = delete;
 

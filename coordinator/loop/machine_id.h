@@ -24,8 +24,9 @@ struct MachineId {
   std::strong_ordering operator<=>(const MachineId&) const = default;
 };
 
-/// Returns the machine of the worker named `worker` with the message of `sender`. Many machines may
-/// share worker.key, so then the address identifies them. All loopback addresses are one machine.
+/// Returns the machine of the worker named `worker`, which sent a message as `sender`. Many
+/// machines may share worker.key, so then the address identifies them. All loopback addresses are
+/// one machine.
 MachineId machine_of(const Sender& sender, const std::string& worker);
 
 /// Returns a number that stands for the machine in journals, leases and quarantines. It is the same

@@ -114,7 +114,8 @@ class WorkerRegistry {
   /// Stops granting leases to a worker: `why` is the reason of a quarantine. Grants leases again if
   /// `why` is empty and `drained` is false.
   void bar(WorkerRecord& worker, const std::string& why, bool drained);
-  /// Stops granting leases to a worker until `until`. Grants leases again if not `held_back`.
+  /// Stops granting leases to a worker if `held_back`, otherwise grants leases again. `until`: when
+  /// the caller will call this again to end the delay.
   void hold_back(WorkerRecord& worker, bool held_back, Time until);
   /// Removes the denials of WorkerRecord::denied_jobs that have ended. Returns when the next one
   /// ends; `never` if there is none.

@@ -30,7 +30,8 @@ class Replica {
   [[nodiscard]] bool in_step() const { return in_step_; }
   /// Whether the store has a complete copy, with which a coordinator can serve.
   [[nodiscard]] bool can_serve() const { return replication_ && is_whole(store_, *replication_); }
-  /// Whether the store has taken over earlier. It then accepts no primary.
+  /// Whether the store has served without a standby, for example after a takeover. It then accepts
+  /// no primary.
   [[nodiscard]] bool has_taken_over() const {
     return replication_ && replication_->role == ReplicaRole::single;
   }

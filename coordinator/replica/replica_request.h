@@ -22,8 +22,9 @@ enum class ReplicaRequestKind : std::uint8_t {
 };
 
 struct ReplicaRequest {
-  std::uint64_t session = 0;  ///< random; to any other the standby replies unknown_session
-  std::uint64_t number = 0;   ///< the reply repeats it; 0: a ping
+  /// Random number of the session. The standby replies unknown_session to any but the latest.
+  std::uint64_t session = 0;
+  std::uint64_t number = 0;  ///< the reply repeats it; 0: a ping
   ReplicaRequestKind kind = ReplicaRequestKind::ping;
   Position position{};         ///< piece, commit: position after the batch; else the primary's
   std::uint64_t offset = 0;    ///< piece, picture: first byte; commit: size of the batch in bytes

@@ -30,8 +30,8 @@ class StateOwner {
  public:
   /// Opens the state and returns when this process may serve: a standby waits for its takeover.
   /// Calls `stop` at least every 100 ms meanwhile; an exception of `stop` ends the wait. Throws
-  /// InputError if a standby has taken over from this state, unless `serve_fenced` is set. Throws
-  /// what DiskStore, Replica, ReplicatedStore and the link throw.
+  /// InputError if a standby has taken over from this state, unless this process is to be a standby
+  /// or `serve_fenced` is set. Throws what DiskStore, Replica, ReplicatedStore and the link throw.
   StateOwner(const StateOptions& options, spdlog::logger& log, const std::function<void()>& stop);
 
   Store* store();  ///< owned by this object; null: state in memory only

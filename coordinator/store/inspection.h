@@ -63,8 +63,8 @@ struct Upkeep {
 
 /// The differences between database and copies.
 struct Comparison {
-  /// Damage of the database, one line each: it has lost commits or holds wrong values. Only
-  /// --repair may use it.
+  /// Damage of the database, one line each: it has lost commits or holds wrong values. If there is
+  /// any, only --repair may use the database.
   std::vector<std::string> severe{};
   /// Damage of copies that opening repairs from the database, one line each.
   std::vector<std::string> minor{};

@@ -50,7 +50,7 @@ struct JobRecord : JobHead {
   std::uint64_t fault_findings = 0;
   double share = 1;     ///< the user's share of the farm, relative to other users' shares
   JobId series_id = 0;  ///< number of the series, unique among jobs; 0: a single job
-  double ended = 0;     ///< uptime of the farm at its end in s; 0: not ended or not known
+  double ended = 0;     ///< uptime of the farm at its latest end in s; 0: never ended, or unknown
   std::vector<JobEvent> events{};  ///< the first 16 and the latest 48
   JobCourse course{};
 

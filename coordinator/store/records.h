@@ -34,7 +34,7 @@ struct Records {
 
 /// Reads all tables of the present version. Throws what Database throws.
 Records read_records(Database& database);
-/// Fills the empty tables of a database, in the caller's transaction.
+/// Fills the empty tables of a database, in the caller's transaction. Does not write the mark.
 void write_records(Database& database, const Records& records);
 
 /// Names of notes that only the store uses.

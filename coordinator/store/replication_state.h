@@ -79,9 +79,9 @@ void note_fence(Store& store);
 /// becomes the state of a new farm with the number `history` instead. Commits.
 void check_fence(Store& store, bool serve_fenced, std::uint64_t history);
 
-/// Begins the next generation of a primary's or standby's store as one without a standby. Commits.
-/// Returns the generation. Does nothing and returns 0 if the store was never replicated. Throws
-/// InputError for an incomplete copy.
+/// Begins the next generation of a store that is or was replicated, as one without a standby.
+/// Commits. Returns the generation. Does nothing and returns 0 if the store was never replicated.
+/// Throws InputError for an incomplete copy.
 std::uint64_t serve_alone(Store& store);
 
 }  // namespace parray::store

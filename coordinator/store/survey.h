@@ -22,7 +22,7 @@ struct DatabaseContent {
 /// Reads a temporary copy of the database. Throws RunError if there is no room for the copy.
 DatabaseContent read_database_copy(const StateFiles& files);
 
-/// A damaged file of a job.
+/// A damaged or missing file of a job.
 struct FileDamage {
   enum class Kind : std::uint8_t { rows, picture, scene };
   JobId job = 0;
@@ -30,7 +30,8 @@ struct FileDamage {
   std::string line{};  ///< the message
 };
 
-/// Reads all results, pictures and scenes that the records name. Returns the damaged ones.
+/// Reads all results, pictures and scenes that the records name. Returns the damaged and missing
+/// ones.
 std::vector<FileDamage> verify_files(const StateFiles& files, const Records& records);
 
 /// Returns whether the file has the `expected` size and checksum or, if that is null, the SHA-256
