@@ -207,7 +207,8 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.section("Workers");
   number(line, "--max-failures", a.max_failures, 1, 1000,
          "A job fails when so many machines that trace other parts of it have failed at the same "
-         "part, or when all machines have failed there: so many of them, or each twice");
+         "part. It also fails when all machines have failed there, if they are so many, or if each "
+         "has at least two failures for each of its workers");
   line.number("--spot-checks", a.spot_checks, 0.0, 1.0,
               "Share of the leases, 0 to 1, that another machine traces again, to compare the bits "
               "(without another machine, a process of this coordinator traces some of the cells); "

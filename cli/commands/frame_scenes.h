@@ -44,10 +44,10 @@ class FrameScenes {
   /// `frames`: their numbers, at least one. `turns`: the camera will turn around an automatic
   /// scene. `still`: all frames show the same scene, and `frames` does not matter.
   ///
-  /// Reads each of several frames, and reads those of automatic scenes a second time if the common
-  /// ranges of radii or lengths may change the sizes of shapes. A series by HTTP passes only its
-  /// first frame: then all frames have the camera of this frame, but each has its own ranges of
-  /// colours and radii.
+  /// Reads each frame if there are several, or if an automatic scene turns. Reads several frames of
+  /// automatic scenes a second time if the common ranges of radii or lengths may change the sizes
+  /// of shapes. A series by HTTP passes only its first frame: then all frames have the camera of
+  /// this frame, but each has its own ranges of colours and radii.
   void fix(const std::vector<std::uint32_t>& frames, bool turns = false, bool still = false);
   /// A function of the number of frames that fix() has read and of the number that it will read in
   /// all. Frames that are read twice count twice.

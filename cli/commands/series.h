@@ -29,7 +29,8 @@ struct FrameJobs {
   std::string token{};
   /// Largest number of frames that are submitted and not yet delivered.
   std::size_t most_unfinished = std::numeric_limits<std::size_t>::max();
-  /// If the first frame cannot be loaded, run_frames() throws InputError and tries no other frame.
+  /// If the first frame that this run loads cannot be loaded, run_frames() throws InputError and
+  /// tries no other frame.
   bool first_must_load = false;
   bool wait = true;  ///< until all frames have ended
   /// `preview` is empty. `on_end` runs when all frames of a series have ended, if `wait`.
@@ -42,10 +43,12 @@ struct FrameJobs {
 std::string series_token(const std::string& request);
 
 /// Loads and submits the frames one after the other. Skips frames that an earlier run with the same
-/// token has submitted. With `wait`, delivers each frame when it is done. If a frame cannot be
-/// loaded or fails, prints a line on stderr, continues with the others, and returns exit status 1.
-/// Throws Interrupted, RunError if the series is cancelled before all frames are submitted or the
-/// coordinator cannot be reached, and InputError as `first_must_load` says.
+/// token has submitted. With `wait`, delivers each frame when it is done, also those of an earlier
+/// run. If a frame cannot be loaded or delivered, or fails, continues with the others and prints
+/// the reason on stderr at the end. Returns the exit status: the largest that deliver() returned,
+/// and at least 1 if a frame has no picture. Throws Interrupted, RunError if the series is
+/// cancelled before all frames are submitted or the coordinator cannot be reached, and InputError
+/// as `first_must_load` says.
 int run_frames(Client& client, const FrameJobs& jobs);
 
 /// The request of `submit --frames`.
@@ -57,20 +60,23 @@ struct SeriesRequest {
   OutputPaths outputs;  ///< with #### for the frame's number
   std::string name;     ///< of all frames; empty: those of the scenes' files
   std::uint32_t priority = 50;
-  std::uint32_t max_failures = 0;
+  std::uint32_t max_failures = 0;  ///< 0: as the coordinator's --max-failures
   bool wait = false;
   ProgressOptions following;  ///< as in FrameJobs
 };
 
-/// Throws InputError unless the name of each output contains the frame's number.
+/// Throws InputError unless the name of each output contains #### for the frame's number. Also
+/// throws as check_outputs() does for the outputs of frame 0.
 void check_frame_outputs(const OutputPaths& outputs);
 
 /// Does run_frames() for the request, and prints the number of the series. With `wait`, fetches
-/// each frame when it is done.
+/// each frame when it is done. Throws InputError, too, for one file of particles without a camera
+/// path.
 int submit_series(Client& client, const SeriesRequest& request);
 
-/// Fetches the finished frames of a series. For every other frame, prints on stderr why it has no
-/// picture. Returns the exit status. `raw`: see fetch_and_write().
+/// Fetches the finished frames of a series. For every other frame that was submitted, prints on
+/// stderr why it has no picture. Returns the exit status: 1 if there is such a frame. `raw`: see
+/// fetch_and_write(). Throws InputError if the job is not a series.
 int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool raw);
 
 }  // namespace parray::commands

@@ -138,8 +138,9 @@ void add_submit(CommandLine& line, Action& chosen) {
       .group(farm_group);
   add_whole_number(
       command, "--max-failures", 1, 1000, options->max_failures,
-      "The job fails if N machines that trace other parts of it have failed at the same part, or "
-      "if all machines have failed there: N of them, or each twice (default: the coordinator's)")
+      "The job fails if N machines that trace other parts of it have failed at the same part. It "
+      "also fails if all machines have failed there, and they are at least N, or each has at least "
+      "two failures for each of its workers (default: the coordinator's)")
       .group(farm_group);
   options->farm.add_to(command);
   command.example("parray submit scenes/glass.json", "prints the number of the job and returns");

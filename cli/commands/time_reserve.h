@@ -15,7 +15,7 @@ namespace parray::commands {
 struct TimeShare {
   double seconds = 0;  ///< length of the share; 0 or less: the limit has passed
   std::string name;    ///< name of the limit in messages: "--time-limit 10"
-  /// The part of `seconds` for writing files and ending the process.
+  /// The part of `seconds` for writing files, see writing_seconds().
   double writing = 0;
   std::function<double()> elapsed{};  ///< returns the seconds since the share began
   /// Number of pictures that are not rendered yet, including this one. Messages state the seconds
@@ -35,9 +35,9 @@ struct TimeShare {
 };
 
 /// Returns the seconds for writing the picture, the preview and the error map of `outputs`, and for
-/// ending the process. `limit`: the command's time limit in seconds. If writing the picture would
-/// take more than a tenth of the limit, assumes that EXR and PNG files are written without
-/// compression.
+/// starting and ending the process. `limit`: the command's time limit in seconds. If writing the
+/// picture would take more than a tenth of the limit, assumes that EXR and PNG files are written
+/// without compression.
 double writing_seconds(const OutputPaths& outputs, const PictureSize& size, double limit);
 
 /// Returns the seconds of the share that tracing may not use: those that have passed, and those for

@@ -13,7 +13,8 @@
 namespace parray::output {
 
 struct Recipe {
-  std::string image_sha256;   ///< hash of the picture's floats, as in the report
+  /// Hash of the floats of the picture before denoising and with its background, as in the report.
+  std::string image_sha256;
   std::string pixels_sha256;  ///< hash of png_bytes() of the file's picture; empty: an EXR file
   std::string finished;       ///< names_of() postprocessing of the file; empty: none, as in EXR
   /// Hash of the floats of the denoised picture. Empty: not denoised.

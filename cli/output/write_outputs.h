@@ -38,8 +38,9 @@ struct OutputPaths {
   /// Returns the detail of the picture that the files need.
   [[nodiscard]] PictureDetail wanted_detail() const;
 
-  /// Returns whether image or preview is a file with postprocessing.
+  /// Returns whether image or preview is a file that gets postprocessing: any except EXR.
   [[nodiscard]] bool shows_postprocessing() const;
+  /// Returns whether neither image nor report is written.
   [[nodiscard]] bool none() const { return image.empty() && report.empty(); }
 };
 

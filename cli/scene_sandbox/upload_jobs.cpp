@@ -126,8 +126,8 @@ void add_upload_options(Command& command, UploadRequest& request) {
                    "Of the jobs of a user, those with a higher priority are rendered first");
   add_whole_number(command, "--max-failures", 1, 1000, request.max_failures,
                    "The job fails if so many machines that trace other parts of it have failed at "
-                   "the same part, or if all machines have failed there: so many of them, or each "
-                   "twice");
+                   "the same part. It also fails if all machines have failed there, and they are "
+                   "so many, or each has at least two failures for each of its workers");
   command.flag("--progressive", request.progressive, "Trace a preview of all pixels first");
   command.on_off("--denoise", request.denoise,
                  "Denoise the finished picture. image.exr then also contains the picture before "

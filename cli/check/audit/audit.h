@@ -13,16 +13,18 @@ struct Audit {
   struct Worker {
     std::string name;
     std::uint32_t threads = 0;
-    std::uint64_t leases = 0;
-    std::uint64_t cells = 0;  ///< merged, including cells that were later set back
-    double seconds = 0;       ///< spent tracing
+    std::uint64_t leases = 0;  ///< merged, without problems
+    std::uint64_t cells = 0;   ///< of these leases, including cells that were later set back
+    double seconds = 0;        ///< tracing time of these leases, as the worker reported it
   };
   /// Entries that audit_journal() does not accept: one line each, the first hundred.
   std::vector<std::string> problems;
-  std::uint64_t cells = 0;     ///< of all begun passes
-  std::uint64_t merged = 0;    ///< merged cells, without those that were set back
-  std::uint64_t set_back = 0;  ///< cells whose merged result was wrong and was removed
-  std::uint64_t leases = 0;    ///< all merges, including those that are problems
+  std::uint64_t cells = 0;   ///< of all begun passes
+  std::uint64_t merged = 0;  ///< merged cells, without those that were set back
+  /// Cells whose merged results were removed: all cells of the pixels of which a faulty machine had
+  /// traced a cell, including cells that other machines traced.
+  std::uint64_t set_back = 0;
+  std::uint64_t leases = 0;  ///< all merges, including those that are problems
   std::uint64_t passes = 0;
   std::vector<Worker> workers;  ///< in the order of the journal
 

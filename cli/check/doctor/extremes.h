@@ -9,12 +9,12 @@
 
 /// Numerical extremes for `parray doctor --extremes`: scenes and operands for which the result is
 /// known exactly. A check fails if any result differs. `make` makes the tracers to check: those of
-/// one instruction set. tests/extremes has more cases of the same scenes (known_pictures.h).
+/// one instruction set. Each check that traces does so in every precision, with linear search and
+/// with the BVH. tests/extremes has more cases of the same scenes (known_pictures.h).
 namespace parray::doctor {
 
-/// Traces white_balls() and closed_ball() in every precision, with linear search and the BVH. Every
-/// sample of white_balls() must be exactly 1. Every sample of closed_ball() must be exactly 0, and
-/// every path must have max_depth segments.
+/// Traces white_balls() and closed_ball(). Every sample of white_balls() must be exactly 1. Every
+/// sample of closed_ball() must be exactly 0, and every path must have max_depth segments.
 CheckResult check_furnaces(const TracerMaker& make);
 
 /// Traces grey_ball(). Every path must have two segments, and every sample must be exactly 1/2.

@@ -19,19 +19,21 @@ RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint64_t sa
 /// Returns an empty scene under a sky of radiance 1, with a pinhole camera.
 Scene under_white_sky();
 
-/// Returns a white and a mirror ball that touch, and a glass ball with a bubble. Every sample is 1.
+/// Returns a white and a mirror ball that touch, and a glass ball with a bubble. Every sample is 1
+/// if no path reaches max_depth; use about 2^16.
 Scene white_balls();
 
-/// Returns a white ball of `radius` around the camera, which is `off_centre` radii from its centre.
+/// Returns a white ball of `radius` around the camera, which is `off_centre` radii from its centre:
+/// 0 to below 1.
 /// Every sample is 0, and every path has max_depth segments.
 Scene closed_ball(double radius, double off_centre);
 
-/// Returns a grey ball of `radius` that fills the picture. Every sample is 1/2, and every path has
-/// two segments: no path meets the surface that it leaves.
+/// Returns a grey ball of `radius` that fills a square picture. Every sample is 1/2, and every path
+/// has two segments: no path meets the surface that it leaves.
 Scene grey_ball(double radius);
 
-/// Returns a scene without capsules with all lengths multiplied by 2^k. Its picture has the same
-/// bits.
+/// Multiplies all lengths of `scene` by 2^k. `scene` must not have capsules. The picture keeps its
+/// bits unless numbers overflow or become denormal.
 Scene scaled(Scene scene, int k);
 
 /// Returns the number of pixels that differ from `samples` samples of the radiance `fixed` in all

@@ -13,13 +13,15 @@ namespace parray::doctor {
 
 /// Reports model, CPUs and instruction sets. Always passes.
 CheckResult check_processor();
-/// Warns if less than 256 MiB of memory are available. Skipped if the system does not report it.
+/// Warns if less than 256 MiB of memory are available. Skipped if the system does not report its
+/// total memory.
 CheckResult check_memory();
 
 /// Makes the directory for files of later checks, in the system's directory for temporary files
-/// (TMPDIR). Fails if it cannot be made or written.
+/// (TMPDIR), and sets `scratch` to it. Fails if it cannot be made or written. `scratch` stays
+/// unchanged only if it cannot be made.
 CheckResult check_temporary_directory(std::optional<OwnedPath>& scratch);
-/// Warns if no file can be made in `directory`.
+/// Warns if no file can be made and written in `directory`.
 CheckResult check_current_directory(const std::filesystem::path& directory);
 
 /// Returns the bytes of shared memory that parray-mpi with one rank per usable CPU needs for a

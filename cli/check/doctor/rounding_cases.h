@@ -18,8 +18,9 @@ struct RoundingCase {
   Bits result;
 };
 
-// Each operation begins with random operands whose exact result lies closest to the middle between
-// two numbers. Ties, denormal operands and results, and overflow follow.
+// First come five cases of each operation: of many random operands, those with the exact result
+// closest to the middle between two numbers. Then come ties, denormal operands and results, simple
+// quotients and roots, and overflow.
 inline constexpr std::array<RoundingCase<std::uint32_t>, 46> single_cases{{
     {'+', 0x46B23C0F, 0x3CA7FF02, 0x46B23C19}, {'+', 0x4696C83F, 0x3B40099E, 0x4696C841},
     {'+', 0x39C00C04, 0x45197F08, 0x45197F0A}, {'+', 0x39FFCE17, 0x46115045, 0x46115045},

@@ -7,7 +7,7 @@
 #include "cli/check/doctor/check.h"
 #include "common/trace/sphere.h"
 
-/// Measures how far from the surface the hits of rays are that sphere.h finds.
+/// Measures how far the hits that sphere.h finds are from the surface.
 namespace parray::doctor {
 
 /// Returns the distance of the ray's origin from the centre, in radii.
@@ -22,7 +22,8 @@ Wide distance_in_radii(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
 }
 
 /// Returns the distance from the surface of the ray's point at `t`, in radii, divided by ulp(S) of
-/// `Store`. S is the larger of 1 and the distance of the ray's origin from the centre in radii.
+/// `Store`. S is the larger of 1 and the distance of the ray's origin from the centre in radii;
+/// ulp(S) is S times the distance from 1 to the next larger `Store`.
 /// `Store`: type of the stored sphere, `Real`: type in which the hit was computed. `Wide` has
 /// several bits more than `Real`.
 template <typename Wide, typename Store, typename Real>
@@ -53,7 +54,8 @@ struct HitErrors {
   std::uint64_t hits = 0;  ///< in all precisions together
 };
 
-/// Traces `rays` random rays in each precision, at spheres whose radii span 24 decades.
+/// Traces `rays` random rays in each precision, from outside at spheres with radii of 1e-12 to
+/// 1e12. Every call uses the same random numbers.
 HitErrors worst_hit_errors(std::uint64_t rays);
 
 /// Fails if there are no hits, or an error is above its bound: 8 in f32 and f64, 2 in mixed.

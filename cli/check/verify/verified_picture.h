@@ -12,13 +12,14 @@
 /// A finished picture to verify, and checks that need only its file.
 namespace parray::verify {
 
-/// The contents of a picture file.
+/// A picture file that was read, with its recipe.
 struct VerifiedPicture {
   std::string name;  ///< file name in messages
-  /// The picture as traced. For a denoised picture, `image` is the picture before denoising.
+  /// The contents of the file. For a denoised picture, `image` is the picture before denoising.
   ImageFile file;
   Recipe recipe;
-  /// Says that the hash of denoised or transparent pixels is wrong. Empty: it is right.
+  /// Says that the hash of denoised or transparent pixels is wrong. Empty: it is right, or was not
+  /// compared: of other pictures and of 8-bit files, damage_of() compares it.
   std::string damage{};
   std::vector<float> alpha{};  ///< one per pixel; empty: opaque, or denoised
 
@@ -44,18 +45,20 @@ struct VerifiedPicture {
 VerifiedPicture read_verified_picture(const std::string& file, bool traced);
 
 /// Compares the picture's size and total number of samples with its recipe. Returns the difference
-/// as a text, or an empty text if there is none.
+/// as a text, or an empty text if there is none. Without the number of samples of each pixel,
+/// compares only the size.
 std::string misfit_of(const VerifiedPicture& picture);
 /// Compares the pixels with the hash in the recipe. Returns a text that names the wrong hash, or an
 /// empty text if it is right.
 std::string damage_of(const VerifiedPicture& picture);
 
-/// Returns the number of samples of each pixel, row by row. Empty: all pixels have
-/// settings.samples_per_pixel. Throws InputError if the file does not state the numbers, or states
+/// Returns the number of samples of each pixel, row by row. Empty: all pixels have the recipe's
+/// samples_per_pixel. Throws InputError if the file does not state the numbers, or states
 /// more than a pixel can have.
 std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture);
 
-/// Returns whether the file has the colour and alpha of a retraced pixel.
+/// Returns whether the file has the colour and alpha of a retraced pixel. Compares 8-bit files as
+/// bytes.
 bool same_colour(const VerifiedPicture& picture, const RetracedPixel& pixel);
 
 }  // namespace parray::verify

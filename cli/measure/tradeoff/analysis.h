@@ -37,9 +37,10 @@ struct Run {
   double truncation = 0;
   double passes = 1;           ///< number of passes
   double denoise_seconds = 0;  ///< the part of `seconds` for denoising: features and filter
-  /// Share of the pixels' intervals that contain the true value; 0 for denoised pictures.
+  /// Share of the pixels' intervals that contain the true value; 1 if no pixel has noise. 0 for
+  /// denoised pictures and for pictures that state no error.
   ByLevel coverage{};
-  /// 1: the stated interval of its RMSE contains the true RMSE; 0: it does not.
+  /// 1: the stated interval of its RMSE contains the true RMSE; 0: it does not, or is not stated.
   ByLevel claims{};
 };
 
@@ -89,7 +90,7 @@ struct Row {
   double mse_deviation = 0;    ///< standard deviation of the `mse` of one run
   double rmse = 0;             ///< square root of mse; 0, not known, if that is below 0
   double rmse_deviation = 0;   ///< standard deviation of the RMSE of one run
-  double rmse_8bit = 0;        ///< the same for Run::mse_8bit
+  double rmse_8bit = 0;        ///< square root of the mean of Run::mse_8bit; 0 if that is below 0
   double claimed = 0;          ///< root mean square of Run::claimed
   ByLevel claims{};            ///< share of runs whose interval of the RMSE contains it
   double bias = 0;             ///< mean
@@ -103,7 +104,8 @@ struct Row {
   /// for an error that is not known.
   std::string dominated_by;
 
-  double mse_scatter = 0;  ///< Run::mse_scatter, mean: the same for all runs
+  /// Mean of Run::mse_scatter. More runs do not reduce it, because all use one reference.
+  double mse_scatter = 0;
 
   /// Return the predicted error divided by the measured one, or 0 if that is 0.
   [[nodiscard]] double ratio() const { return rmse > 0 ? budget.predicted() / rmse : 0; }

@@ -36,7 +36,7 @@ std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
 /// samples, or the target error, that should give the RMSE `error`. Returns nothing if no
 /// correction is needed. That is so if the RMSE of the row is at most 0.5 % above `error` and, for
 /// settings without a target error, not more than 3 % below it. Also returns nothing if the
-/// corrected settings equal those of the row.
+/// corrected settings equal those of the row, or if the RMSE of the row is not known.
 std::optional<Candidate> corrected(const Row& row, double error);
 
 /// Returns the fastest row whose RMSE is known and at most 0.5 % above `error`. Null: there is

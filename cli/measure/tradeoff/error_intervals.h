@@ -22,11 +22,11 @@ class ErrorIntervals {
   /// `error` must be estimate_error(state), and error.known() must be true.
   ErrorIntervals(const FramebufferView& state, const ErrorEstimate& error);
 
-  /// Returns the factor for half-widths of pixels at a level, by its index. Below 95 % it is a
-  /// quantile of the half differences (A - B) / 2 of all pixels' replicates. These have the same
-  /// distribution as the errors (A + B) / 2 - mu, apart from the sign of one half (noise_model.h).
-  /// Values whose replicates agree to the last bit do not count: they have no noise, or have not
-  /// seen it yet.
+  /// Returns the factor for the stated half-widths of pixels at a level, by its index. Below 95 %
+  /// it is a quantile, over the values of all pixels, of |A - B| / 2 divided by the stated
+  /// half-width. A and B are the replicates of a value. (A - B) / 2 has the same distribution as
+  /// the error (A + B) / 2 - mu, apart from the sign of one half (noise_model.h). Values whose
+  /// replicates agree to the last bit do not count: they have no noise, or have not seen it yet.
   [[nodiscard]] double scale(std::size_t level) const { return scales_[level]; }
 
   struct Interval {

@@ -66,7 +66,7 @@ class MeasurementLog {
 };
 
 /// Returns the width and height of the measurements in a directory, or nothing if there are none
-/// or state.json is damaged.
+/// or state.json is damaged. Throws InputError if state.json cannot be read.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(
     const std::filesystem::path& directory);
 

@@ -31,7 +31,7 @@ class PairedDifference {
   double pairs_ = 0;
 };
 
-/// The systematic error of each path depth and each precision.
+/// The systematic error of the path depths depths_of(), and of the precisions f32 and mixed.
 struct PairedBiases {
   std::map<std::uint32_t, PairedBias> depth;  ///< by path depth; reference: reference_depth()
   std::map<Precision, PairedBias> precision;  ///< by precision; reference: f64

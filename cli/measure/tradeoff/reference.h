@@ -24,9 +24,9 @@ class Reference {
   /// Adds a render to one half, and the next one to the other. Only the seed and the number of
   /// samples may differ between renders.
   void add(const DirectRender& chunk);
-  [[nodiscard]] std::uint64_t chunks() const {
-    return chunks_;
-  }  ///< also the index of the next render
+  /// Returns the number of added renders. It is also the number of the next one, for
+  /// reference_seed().
+  [[nodiscard]] std::uint64_t chunks() const { return chunks_; }
 
   /// Returns the samples per pixel of both halves together.
   [[nodiscard]] double samples() const { return samples_[0] + samples_[1]; }

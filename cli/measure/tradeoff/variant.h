@@ -46,8 +46,8 @@ std::string options_against(const RenderSettings& settings, const RenderSettings
 
 /// Return the seed of a render: run number `run` of settings, render number `chunk` of the
 /// reference, or pair number `pair`. `base` is the scene's seed. These three uses have different
-/// seeds. Settings that differ only in depth, precision, accelerator or --denoise share their
-/// seeds, so that the noise does not hide the difference.
+/// seeds. Settings that differ only in depth, precision, accelerator, instruction set or --denoise
+/// share their seeds, so that the noise does not hide the difference.
 std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::uint32_t run);
 std::uint64_t reference_seed(std::uint64_t base, std::uint64_t chunk);
 std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair);
@@ -86,11 +86,12 @@ struct Sweep {
   std::vector<Variant> variants;      ///< options_of() differs for all of them
   std::vector<std::string> left_out;  ///< settings that take too long, by options_of()
 };
-/// Varies one setting of `base` at a time, not all combinations. Tries samples per pixel from 16 on
-/// by doubling, and targets of adaptive passes, for each sampler; some of both with Sobol samples
-/// and denoising; depths from 2 to twice the base's; precisions; accelerators. Settings that exceed
+/// Varies one setting of `base` at a time, not all combinations. Tries samples per pixel from 16 to
+/// 4096 by doubling, and targets of adaptive passes, for each sampler; 16, 64, 256 ... Sobol
+/// samples with denoising; the depths depths_of(); precisions; accelerators. Settings that exceed
 /// their share of `seconds` get fewer runs (16, 8 or 4; denoised: 4 or 2), or are left out. `base`,
-/// `also` and the first settings of each kind except accelerators get at least 2 runs.
+/// `also` and, with each sampler, the first settings of each kind except accelerators get at least
+/// 2 runs.
 Sweep plan_sweep(const RenderSettings& base, const std::vector<Boxed<RenderSettings>>& also,
                  const Pilot& pilot, double seconds);
 

@@ -37,7 +37,8 @@ struct EdgeName {
 };
 /// Returns the places of the names of edges a, b and c. Among four parallel edges, the outermost
 /// in the picture gets the name. The name is beside the middle of the edge, `gap` pixels away, on
-/// the side away from the cell. Edges behind the camera, or seen end-on, have no name.
+/// the side away from the cell. Edges behind the camera, or shorter than 2 * `gap` in the picture,
+/// have no name. No edge has a name if the middle of the cell is behind the camera.
 std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& film, double gap);
 
 /// Draws the lines, `width` pixels wide, in a grey that contrasts with the picture below. Nearer

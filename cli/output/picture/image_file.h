@@ -57,10 +57,10 @@ void write_image(const std::filesystem::path& path, const Image& image,
 void write_preview(const std::filesystem::path& path, const Image& image,
                    const std::function<void()>& between_strips);
 
-/// The contents of a picture file: linear RGB (8-bit values are decoded from sRGB and
+/// The contents of a picture file: linear RGB (8- and 16-bit integers are decoded from sRGB and
 /// premultiplied), metadata (single texts and numbers), and the other channels, sorted by name.
-/// EXR: UINT as integers, HALF as floats. PNG: alpha, unless it is 1 everywhere. The contents
-/// decide the format, not the name.
+/// EXR: UINT as integers, HALF as floats. Other formats have only alpha_channel, unless it is 1
+/// everywhere. The contents decide the format, not the name.
 struct ImageFile {
   Image image;
   ImageMetadata metadata;
@@ -73,7 +73,7 @@ struct ImageFile {
 ImageFile read_image(const std::filesystem::path& path);
 
 /// Return the versions of the loaded OpenImageIO ("none" if this ParRay lacks it), and of the
-/// OpenEXR that ParRay was built with: "2.4.7".
+/// OpenEXR that ParRay was built with: "2.4.7". Throw RunError if the module cannot be loaded.
 std::string image_library_version();
 std::string exr_library_version();
 

@@ -10,8 +10,9 @@
 
 namespace parray::picture {
 
-/// Throws InputError "FILE: reason" if a picture is too large. `channels` is the number of all
-/// channels, including R, G and B. Each takes four bytes per pixel.
+/// Throws InputError "FILE: reason" if a picture has no pixels, or too many pixels or channels.
+/// `channels` is the number of all channels, including R, G and B. Each takes four bytes per pixel.
+/// `path` is the file's name for the message.
 inline void check_image_limits(const std::string& path, std::uint64_t width, std::uint64_t height,
                                std::size_t channels) {
   constexpr std::size_t most_channels = 256;
