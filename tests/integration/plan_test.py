@@ -14,7 +14,7 @@ SCENE = SCENES / "one-weekend-20.json"
 SMALL = ["--width", 96, "--height", 64]
 
 
-class Plan(unittest.TestCase):
+class PlanCase(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory(prefix="parray-plan-")
         self.addCleanup(temporary.cleanup)
@@ -44,6 +44,8 @@ class Plan(unittest.TestCase):
         for word in words:
             self.assertIn(word, done.stderr)
 
+
+class Plan(PlanCase):
     def test_every_choice_for_an_error_runs_and_has_about_that_error(self):
         plan = self.plan("--error", 0.01, probe=0.3)
         self.assertEqual(plan["recommended"], plan["choices"][0])
@@ -89,15 +91,6 @@ class Plan(unittest.TestCase):
         self.assertRegex(text, r"\n  parray render .* --target-error 0.02\n(.*\n)*or, with a fixed number of samples .*:"
                                r"\n\n  parray render .* --spp \d+\n")
 
-    def test_a_cheap_picture_has_a_short_probe_and_the_plan_says_that_rendering_is_cheaper(self):
-        done = run("plan", SCENE, *SMALL, "--error", 0.02, "--json")
-        plan = json.loads(done.stdout)
-        self.assertLess(plan["probe"]["samples"], self.plan("--error", 0.0005, probe=3)["probe"]["samples"])
-        cheaper = plan["recommended"]["seconds"]["value"] < plan["probe"]["seconds"]
-        self.assertEqual(plan["rendering_is_cheaper"], cheaper)
-        tiny = run("plan", SCENE, "--width", 16, "--height", 16, "--error", 0.1, "--probe-seconds", 3)
-        self.assertTrue(tiny.stdout.endswith("rendering takes less time than this plan took\n"), tiny.stdout)
-
     def test_the_picture_of_a_scene_from_the_standard_input_has_a_name(self):
         done = subprocess.run([BIN / "parray", "plan", "-", *map(str, SMALL), "--error", "0.1", "--probe-seconds", "0.1"],
                               input=SCENE.read_text(), capture_output=True, text=True, timeout=60)
@@ -134,23 +127,6 @@ class Plan(unittest.TestCase):
                         self.assertLessEqual(best[cost]["value"], choice[cost]["value"])
         done = run("plan", SCENE, *SMALL, "--probe-seconds", 0.1, "--error", 0.02)
         self.assertRegex(done.stdout, r"probability +9[5-9][.0-9]* % that the error is at most 0.02\n")
-
-    def test_plan_prints_a_command_for_a_farm_that_submit_accepts(self):
-        alone = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, probe=0.3)
-        farm = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, "--speeds", "1,2,0.5", probe=0.3)
-        self.assertEqual((alone["workers"], farm["workers"]), ([], [1, 2, 0.5]))
-        self.assertEqual(self.plan("--error", 0.1, "--workers", 3)["workers"], [1, 1, 1])
-        # Two probes differ; that one is 3.5 times as fast shows all the same.
-        self.assertLess(farm["recommended"]["seconds"]["value"],
-                        0.9 * alone["recommended"]["seconds"]["value"])
-        words = farm["recommended"]["command"]
-        self.assertEqual(words[:2] + [words[3]], ["parray", "submit", "--wait"])
-        self.assertNotIn("--threads", words)
-        with Farm() as real:
-            real.start_worker("one")
-            done = real.client(*words[1:], "-q")
-            self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertTrue(self.image.exists())
 
     def test_impossible_workers_and_confidences_are_refused(self):
         self.refused(["--speeds", "2 speeds for 3 workers"], "--error", 0.1, "--workers", 3,
@@ -202,6 +178,36 @@ class Plan(unittest.TestCase):
     def test_a_file_that_cannot_be_written_is_refused_before_the_probe(self):
         self.refused([".bmp"], "--error", 0.1, "-o", "picture.bmp")
         self.refused(["parray: a.jp2: JPEG 2000 needs"], "--error", 0.1, "-o", "a.jp2", "--width", 20)
+
+
+class Times(PlanCase):
+    """These compare times, which other tests would change: ctest runs nothing beside them."""
+
+    def test_a_cheap_picture_has_a_short_probe_and_the_plan_says_that_rendering_is_cheaper(self):
+        done = run("plan", SCENE, *SMALL, "--error", 0.02, "--json")
+        plan = json.loads(done.stdout)
+        self.assertLess(plan["probe"]["samples"], self.plan("--error", 0.0005, probe=3)["probe"]["samples"])
+        cheaper = plan["recommended"]["seconds"]["value"] < plan["probe"]["seconds"]
+        self.assertEqual(plan["rendering_is_cheaper"], cheaper)
+        tiny = run("plan", SCENE, "--width", 16, "--height", 16, "--error", 0.1, "--probe-seconds", 3)
+        self.assertTrue(tiny.stdout.endswith("rendering takes less time than this plan took\n"), tiny.stdout)
+
+    def test_plan_prints_a_command_for_a_farm_that_submit_accepts(self):
+        alone = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, probe=0.3)
+        farm = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, "--speeds", "1,2,0.5", probe=0.3)
+        self.assertEqual((alone["workers"], farm["workers"]), ([], [1, 2, 0.5]))
+        self.assertEqual(self.plan("--error", 0.1, "--workers", 3)["workers"], [1, 1, 1])
+        # Two probes differ; that one is 3.5 times as fast shows all the same.
+        self.assertLess(farm["recommended"]["seconds"]["value"],
+                        0.9 * alone["recommended"]["seconds"]["value"])
+        words = farm["recommended"]["command"]
+        self.assertEqual(words[:2] + [words[3]], ["parray", "submit", "--wait"])
+        self.assertNotIn("--threads", words)
+        with Farm() as real:
+            real.start_worker("one")
+            done = real.client(*words[1:], "-q")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue(self.image.exists())
 
 
 if __name__ == "__main__":
