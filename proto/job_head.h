@@ -30,7 +30,8 @@ struct JobHead {
   /// coordinator's --max-failures.
   std::uint32_t max_failures = 0;
   /// For a frame of a series: the series' token (at most 64 bytes), the frame's number and the
-  /// number of frames that the series will have. Empty and 0 for a single job.
+  /// number of frames that the series will have. The client chooses the frame's number, such as its
+  /// place in a trajectory; the first frame may have any number. Empty and 0 for a single job.
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;

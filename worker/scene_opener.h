@@ -15,8 +15,8 @@ namespace parray::worker {
 
 /// A chunk as received.
 struct ScenePiece {
-  bool packed = false;
-  Bulk content{};  ///< empty: not received yet
+  bool packed = false;  ///< `content` is the output of pack_chunk()
+  Bulk content{};       ///< empty: not received yet
 
   [[nodiscard]] bool arrived() const { return content.data.size() > 0; }
 };
