@@ -38,8 +38,8 @@ struct JobHead {
   /// Number of the job or series of which this job is the quick look (a small, fast picture, shown
   /// until the other job has samples, and deleted with it); 0: of none.
   std::uint64_t preview_of = 0;
-  /// Pictures of the finished job are denoised when they are written. The coordinator keeps the
-  /// scene of such a job, because the denoiser needs it.
+  /// Pictures of the finished job are denoised when they are written. The denoiser needs
+  /// WorkSettings::replicates, and the scene, which the coordinator keeps.
   bool denoise = false;
   /// What is drawn on 8-bit pictures of the finished job: JSON that only clients read
   /// (cli/commands/drawing.h). Empty: nothing. The coordinator keeps the scene for this, too.

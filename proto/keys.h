@@ -38,7 +38,9 @@ std::string_view name_of(Role role);
 struct Sender {
   Role role = Role::any;
   std::string name;  ///< name of the key; empty without keys
-  double share = 1;  ///< least_share to largest_share, relative to other users' shares
+  /// The user's share of the workers' time, relative to other users' shares: least_share to
+  /// largest_share.
+  double share = 1;
   /// Address of its machine as this side sees it; "localhost" over a socket file, or if ZeroMQ does
   /// not know the address. Empty inside one process.
   std::string address{};

@@ -134,6 +134,7 @@ class WindowLayout {
   static std::size_t rank_word(std::uint32_t rank, RankWord word) {
     return shared_words + std::size_t{rank} * rank_words + word;
   }
+  /// Returns the word that holds the cells of copy number `copy`, in the form of to_word().
   [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }
   [[nodiscard]] std::uint64_t most_copies() const { return most_copies_; }
   /// Returns the first of an entry's three words: range, entry_digest(), and rank plus 1. A rank
