@@ -30,15 +30,16 @@ struct JobHead {
   /// coordinator's --max-failures.
   std::uint32_t max_failures = 0;
   /// For a frame of a series: the series' token (at most 64 bytes), the frame's number and the
-  /// number of frames that the series will have. Empty and 0 for a single job.
+  /// number of frames that the series will have. The client chooses the frame's number, such as its
+  /// place in a trajectory; the first frame may have any number. Empty and 0 for a single job.
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
   /// Number of the job or series of which this job is the quick look (a small, fast picture, shown
   /// until the other job has samples, and deleted with it); 0: of none.
   std::uint64_t preview_of = 0;
-  /// Pictures of the finished job are denoised when they are written. The coordinator keeps the
-  /// scene of such a job, because the denoiser needs it.
+  /// Pictures of the finished job are denoised when they are written. The denoiser needs
+  /// WorkSettings::replicates, and the scene, which the coordinator keeps.
   bool denoise = false;
   /// What is drawn on 8-bit pictures of the finished job: JSON that only clients read
   /// (cli/commands/drawing.h). Empty: nothing. The coordinator keeps the scene for this, too.

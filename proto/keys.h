@@ -37,9 +37,13 @@ std::string_view name_of(Role role);
 /// The sender of a message.
 struct Sender {
   Role role = Role::any;
-  std::string name;       ///< name of the key; empty without keys
-  double share = 1;       ///< least_share to largest_share, relative to other users' shares
-  std::string address{};  ///< address of its machine as this side sees it; empty: unknown
+  std::string name;  ///< name of the key; empty without keys
+  /// The user's share of the workers' time, relative to other users' shares: least_share to
+  /// largest_share.
+  double share = 1;
+  /// Address of its machine as this side sees it; "localhost" over a socket file, or if ZeroMQ does
+  /// not know the address. Empty inside one process.
+  std::string address{};
   /// The sender runs on this machine, under this process's user, as the kernel says.
   bool ours = false;
 };

@@ -43,7 +43,7 @@ struct Hello {
   std::uint32_t capacity = 2;  ///< number of leases that it wants at a time
   std::uint32_t trace = trace_version;
   std::string fingerprint;       ///< trace_fingerprint() of the worker's build
-  std::string host{};            ///< name of the machine, whose workers share scenes
+  std::string host{};            ///< host name; workers of one host share scenes first
   std::uint32_t share_port = 0;  ///< port for requests of scene chunks; 0: none
   std::string share_key{};       ///< CURVE key of that port
   // Facts for people. Older workers do not send them: then they are empty or 0.

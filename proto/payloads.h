@@ -16,8 +16,8 @@
 /// objects themselves, and nothing is encoded. Copies share their content. Thread-safe.
 namespace parray::proto {
 
-/// The bulk frame (large second frame) of a message. Receiving it does not compare its checksum,
-/// because that takes time: verified() does.
+/// The bulk frame (large second frame) of a message. Only for a `grant`, decode() compares the
+/// checksum. For other messages verified() does, because that takes time.
 struct Bulk {
   Frame data;
   std::uint64_t checksum = 0;  ///< XXH3-64 of the data

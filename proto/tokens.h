@@ -31,7 +31,8 @@ void check_key_lists(const std::filesystem::path& directory);
 
 /// The content of DIR/tokens and DIR/allowed. A lookup reads them again if the last reading is a
 /// second old. A user who is removed from DIR/allowed has no token either. While others can write a
-/// file, the content that was read before counts. Not thread-safe.
+/// file, or DIR/allowed is unusable, the content that was read before counts. If DIR/tokens is
+/// missing or cannot be read, there are no tokens. Not thread-safe.
 class TokenList {
  public:
   /// Throws InputError as check_key_lists() does.

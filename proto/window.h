@@ -9,8 +9,8 @@
 
 namespace parray::proto {
 
-/// The window: memory of one rank that every rank can access without that rank's help. Tests
-/// replace MPI by other windows. PROTOCOL.md, "The window", describes layout and use.
+/// The window: memory of one rank, the owner, that every rank can access. Tests replace MPI by
+/// other windows. PROTOCOL.md, "The window", describes layout and use.
 ///
 /// A word has 64 bits and is addressed by its index. Operations on words are atomic. The owner of
 /// the memory sees the data of a put() before it sees any later operation of the same rank. Not
@@ -26,8 +26,8 @@ class Window {
   virtual void put(std::size_t offset, std::span<const std::byte> bytes) = 0;
 };
 
-/// A window in the memory of this process: for a single rank, for the owner of a RequestWindow, for
-/// rank 0's view of its own memory, and for tests.
+/// A window in the memory of this process: for a single rank, for the owner of a RequestWindow, and
+/// for tests.
 class LocalWindow final : public Window {
  public:
   /// `memory` must outlive the window and be aligned to 8 bytes. The constructor changes nothing.
@@ -102,7 +102,8 @@ class Ledgers {
 /// and `speed` are the ledger.
 class WindowLayout {
  public:
-  /// Words that all ranks share.
+  /// Words that all ranks share. `step`, `position` and `log_head` may exceed what exists, because
+  /// ranks also add to them when nothing is left.
   enum Word : std::size_t {
     step = 0,            ///< number of chunks taken (policies static, guided, factoring)
     position = 1,        ///< number of missing cells handed out (policy weighted)
@@ -133,6 +134,7 @@ class WindowLayout {
   static std::size_t rank_word(std::uint32_t rank, RankWord word) {
     return shared_words + std::size_t{rank} * rank_words + word;
   }
+  /// Returns the word that holds the cells of copy number `copy`, in the form of to_word().
   [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }
   [[nodiscard]] std::uint64_t most_copies() const { return most_copies_; }
   /// Returns the first of an entry's three words: range, entry_digest(), and rank plus 1. A rank

@@ -47,7 +47,7 @@ class ZmqServer {
 
 /// Returns a DEALER connected to one of `addresses`, which are separated by commas: first to the
 /// first one, then to the next if the current one is silent (see AddressList). It reconnects by
-/// itself when the connection breaks. Unsent messages are dropped `linger` after its destruction. A
+/// itself when the connection breaks. The destructor waits at most `linger` for unsent messages. A
 /// server with keys accepts it only with a key that the server knows. The DEALER accepts only the
 /// server that its key names. Throws InputError if one of `addresses` is invalid.
 std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_message_bytes,

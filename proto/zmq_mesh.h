@@ -12,9 +12,10 @@ namespace parray::proto {
 
 /// The options of a worker's connections.
 struct ZmqMeshOptions {
-  std::string coordinator;            ///< addresses in the form of zmq_connect()
+  std::string coordinator;  ///< addresses, separated by commas: see zmq_connect() in zmq_link.h
   std::size_t max_message_bytes = 0;  ///< largest frame from the coordinator
-  Time linger = seconds(1);  ///< time that unsent messages to the coordinator outlive the mesh
+  /// Longest time for which the destructor waits for unsent messages to the coordinator.
+  Time linger = seconds(1);
   std::optional<MemberKey> key{};  ///< key for the coordinator
   /// Whether this worker shares scenes with others: opens a port for their requests, and connects
   /// to their ports.
@@ -30,8 +31,8 @@ struct ZmqMeshOptions {
 /// previous one.
 class ZmqMesh : public Link {
  public:
-  /// Returns the port for requests of other workers; 0: none. The port is on loopback if the
-  /// coordinator is there, otherwise on all of the machine's addresses.
+  /// Returns the port for requests of other workers; 0: none. The port is on loopback if all
+  /// addresses of the coordinator are, otherwise on all of this machine's addresses.
   [[nodiscard]] virtual std::uint32_t port() const = 0;
   /// Returns the public key of the port; empty without a port.
   [[nodiscard]] virtual const std::string& key() const = 0;

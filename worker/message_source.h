@@ -27,7 +27,7 @@ struct WorkerOptions {
   /// The coordinator runs in this process: messages travel without encoding, and scenes are not
   /// checked.
   bool in_process = false;
-  /// Name of the machine. Workers of one machine fetch a scene to it only once.
+  /// Host name. The coordinator prefers a worker of the same host as the source of a scene.
   std::string host{};
   /// Port for the requests of other workers, and the public key of that port. 0: no port.
   std::uint32_t share_port = 0;

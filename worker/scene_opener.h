@@ -15,8 +15,8 @@ namespace parray::worker {
 
 /// A chunk as received.
 struct ScenePiece {
-  bool packed = false;
-  Bulk content{};  ///< empty: not received yet
+  bool packed = false;  ///< `content` is the output of pack_chunk()
+  Bulk content{};       ///< empty: not received yet
 
   [[nodiscard]] bool arrived() const { return content.data.size() > 0; }
 };
@@ -36,7 +36,7 @@ struct OpenedScene {
   std::string failure{};
 };
 
-/// Opens a scene from its chunks. Never throws.
+/// Opens a scene from its chunks. All of them must have arrived. Never throws.
 OpenedScene open_scene(const ScenePieces& packed);
 
 /// Opens scenes on a background thread, because large scenes take seconds.
@@ -46,7 +46,7 @@ class SceneOpener {
   /// scene in the calling thread.
   explicit SceneOpener(const std::function<void()>& wake);
 
-  /// Begins to open a scene. Call it only when idle.
+  /// Begins to open a scene, as open_scene() does. Call it only when idle.
   void start(ScenePieces packed);
   [[nodiscard]] bool idle() const { return thread_ ? thread_->idle() : !opened_; }
   /// Returns the opened scene, once.

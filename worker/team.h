@@ -66,8 +66,8 @@ class Team {
   /// Gives up the current lease, which then has no result. The team becomes idle after the cells in
   /// work, or after the accelerator that it builds, which may take seconds.
   virtual void abandon() = 0;
-  /// Returns the samples that all threads have traced since the start. The number grows while the
-  /// team traces.
+  /// Returns the samples of all leases that the team has traced in its life. The number grows while
+  /// the team traces.
   [[nodiscard]] virtual std::uint64_t traced() const = 0;
   /// Returns whether the team builds an accelerator: it is alive, although traced() does not grow.
   [[nodiscard]] virtual bool preparing() const = 0;

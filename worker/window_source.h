@@ -54,7 +54,7 @@ struct LedgerWindows {
 /// ledger is empty, it tries three others at most. With other policies, the rank takes the number
 /// of a chunk and computes the chunk's cells. Long leases come in parts, so that results arrive
 /// steadily and buffers stay small. If no work is left, the rank draws a ticket and waits for a
-/// copy of unfinished cells. A rank makes one object for each window. Its log entries go where no
+/// copy of unfinished cells. A rank makes one object for each pass. Its log entries go where no
 /// other rank writes.
 class WindowSource final : public LeaseSource {
  public:

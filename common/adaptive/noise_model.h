@@ -48,7 +48,7 @@ void half_widths(std::span<const double> count, const NoiseForecast& forecast,
 /// around them. The error of a pixel is (A + B) / 2 - mu, where mu is the true value. It differs
 /// from the known half difference (A - B) / 2 only in the sign of the error of B. So the model
 /// measures how much better than independent samples a sampler is, and does not assume it. A value
-/// belongs to one pixel and channel. The constructor reads all values before the first forecast.
+/// belongs to one pixel and channel. Only the constructor reads the picture.
 class NoiseModel {
  public:
   /// Fits the model to `state`. Each pixel must have at least 2 samples. In a large picture the

@@ -43,8 +43,8 @@ class PassController {
 
   /// Returns the number of the current pass, from 0. Call it only after the first pass has begun.
   [[nodiscard]] std::uint32_t pass() const { return passes_ - 1; }
-  /// Returns the samples of each pass that has begun, so that the job can be stored. Empty for a
-  /// picture that is not in_passes().
+  /// Returns the samples of each pass that has begun, so that the job can be stored. The list
+  /// always includes the passes from before a restart. Empty for a picture that is not in_passes().
   [[nodiscard]] const std::vector<std::uint64_t>& begun() const { return begun_; }
   /// Returns whether the latest pass repeats one from before a restart.
   [[nodiscard]] bool repeats() const { return repeats_; }
@@ -53,7 +53,7 @@ class PassController {
   /// Returns the expected samples of the finished picture, over all pixels; 0: unknown.
   [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
   /// Returns the error of the picture at the last estimate that a target needed; unknown before the
-  /// first.
+  /// first. With target_denoised it is the error of the denoised picture.
   [[nodiscard]] const ErrorFigures& error() const { return error_; }
   /// Returns the error of the finished picture if a target of half-widths needed its estimate;
   /// otherwise unknown.

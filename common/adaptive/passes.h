@@ -33,8 +33,8 @@ struct PassSize {
   /// Expected samples of the finished picture, over all pixels, from what is known now; 0: unknown.
   /// The picture gets fewer samples if the time limit ends it.
   std::uint64_t expected = 0;
-  /// Error of the present picture if a target needed its estimate. If the estimate ends the
-  /// picture, it covers all rows.
+  /// Error of the present picture if a target needed its estimate; with target_denoised, that of
+  /// the denoised picture. If the estimate ends the picture, it covers all rows.
   ErrorEstimate error{};
 };
 
@@ -64,7 +64,7 @@ std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint6
 
 /// Samples, over all pixels, that the remaining time allows at the speed of the previous pass.
 struct Affordable {
-  std::uint64_t samples = std::numeric_limits<std::uint64_t>::max();  ///< that many: no limit
+  std::uint64_t samples = std::numeric_limits<std::uint64_t>::max();  ///< default: no limit
   /// The part of `samples` that cannot be traced once every pixel has two samples, because the
   /// final estimate of the picture's error takes that much time.
   std::uint64_t stating = 0;

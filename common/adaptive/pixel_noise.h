@@ -121,12 +121,13 @@ enum class NeighbourhoodSize : std::uint8_t {
 };
 
 /// Computes NoiseNearby for the rows of a picture. The 8 neighbours of a pixel are mirrored at the
-/// border. Keeps at most 34 rows in memory.
+/// border. In a picture of one row or column, a pixel is its own neighbour. Keeps at most 34 rows
+/// in memory.
 class NoiseRows {
  public:
   /// Keeps a view of `state`.
   NoiseRows(const FramebufferView& state, NeighbourhoodSize horizon);
-  /// Returns the noise of row y, which must lie below the row of the previous call. The result is
+  /// Returns the noise of row y, which must be larger than in the previous call. The result is
   /// valid until the next call.
   NoiseNearby row(std::size_t y);
   /// Returns the `own` part of row(y), and computes nothing else. y must not decrease.

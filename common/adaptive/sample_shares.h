@@ -19,8 +19,8 @@ class SampleShares {
   SampleShares(std::span<const std::uint32_t> counts, std::span<const float> weights)
       : counts_(counts), weights_(weights) {}
 
-  /// Returns the counts for `total` samples over all pixels. Each pixel gets an even number of
-  /// samples. `total` must be even, too. The sum of the counts is exactly `total` unless
+  /// Returns the counts after all pixels together have `total` samples. If `total` and the present
+  /// counts are even, so are the new counts, and their sum is exactly `total` unless
   /// limits::max_samples_per_pixel prevents it. If all weights are 0, no pixel gets samples.
   [[nodiscard]] std::vector<std::uint32_t> counts_of(double total) const;
   /// Returns the samples, over all pixels, at a level.

@@ -52,7 +52,7 @@ struct SkySamples {
 
 /// Counts of the work behind some samples. Addition is exact and associative.
 struct TraceCounts {
-  std::uint64_t samples = 0;
+  std::uint64_t samples = 0;  ///< including non-finite ones
   /// Ray segments of all paths. A straight way through several surfaces of one glass body has a
   /// segment per surface (InsideStack), so a path may have more than max_depth: at most
   /// rays_of_segment for each segment that max_depth counts.

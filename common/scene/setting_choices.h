@@ -15,7 +15,7 @@ namespace parray::scene {
 /// single.
 enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2, mixed = 3 };  // wire values
 /// How a ray finds the next sphere. linear: tests every sphere; bvh, octree: trees of boxes. With
-/// linear, capsules still have a tree of their own.
+/// linear and bvh, capsules have a tree of their own. With octree, a ray tests every capsule.
 enum class AcceleratorKind : std::uint8_t {  // wire values
   automatic = 0,
   linear = 1,

@@ -72,7 +72,8 @@ struct GridShape {
 class CellGrid {
  public:
   /// Throws InputError if a number is out of its range, or if the grid would have 2^40 cells or
-  /// more. Does not check that stages of different lattices share no pixel.
+  /// more. Does not check that stages of different lattices share no pixel. Compares the sample
+  /// ranges of a lattice only if its stages follow each other directly.
   explicit CellGrid(GridShape shape);
 
   [[nodiscard]] const GridShape& shape() const { return shape_; }
@@ -84,7 +85,8 @@ class CellGrid {
   /// Returns the number of cells in a whole row of the image, in one layer of samples. With several
   /// lattices, the row is one of the last lattice.
   [[nodiscard]] std::uint64_t cells_per_row() const { return parts_.back().columns; }
-  /// Returns the rows of the image, or of the last lattice, in the order in which they are leased.
+  /// Returns the rows of the last lattice (by default the image), numbered from 0 within the
+  /// lattice, in the order in which they are leased.
   [[nodiscard]] const std::vector<std::uint32_t>& rows() const { return parts_.back().row_at; }
   /// Returns the numbers of all cells with the same pixels as cell number `cell`, including `cell`.
   [[nodiscard]] std::vector<std::uint64_t> cells_of_same_pixels(std::uint64_t cell) const;

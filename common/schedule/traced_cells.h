@@ -21,7 +21,7 @@ struct TracedCells {
   /// per pixel and cell.
   std::vector<ExcludedSamples> excluded;
   std::uint64_t samples = 0;  ///< of all cells, including excluded ones
-  double seconds = 0;         ///< duration of the tracing by all threads together
+  double seconds = 0;         ///< from the start until the last thread has ended: elapsed time
 
   friend bool operator==(const TracedCells&, const TracedCells&) = default;
 };

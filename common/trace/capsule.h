@@ -42,7 +42,8 @@ struct CapsuleCrossing {
   SurfacePoint<Real> point;
 };
 
-/// A line beside a capsule. With lanes, one line and one capsule in each lane.
+/// A line beside a capsule. With lanes, one line and one capsule in each lane. Refers to the ray
+/// and the capsule, which must outlive it.
 template <typename Real>
 class CapsulePassage {
  public:

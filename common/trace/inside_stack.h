@@ -42,10 +42,10 @@ class ShortList {
 /// Tracks the side of every shape that a path is on: the shapes that the path is inside of, and
 /// the shape that it stands on.
 ///
-/// Only material events change the sides: a refraction flips one, and nothing else does. The sign
-/// of a computed distance never changes a side. So rounding can neither make a path hit the surface
-/// that it leaves nor let it leak out of a closed shape. Serves one path at a time; not
-/// thread-safe.
+/// A path changes sides only where it crosses a surface: by refraction, or straight on inside one
+/// body of glass (see below). The sign of a computed distance never changes a side. So rounding can
+/// neither make a path hit the surface that it leaves nor let it leak out of a closed shape. Serves
+/// one path at a time; not thread-safe.
 ///
 /// Bodies (shapes) of the same glass (the same dielectric material) that overlap are one body: a
 /// path goes straight on through a surface that lies inside another body of its own material. Up to

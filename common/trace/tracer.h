@@ -35,7 +35,7 @@ std::unique_ptr<PathTracer> make_path_tracer(const Scene& scene, const RenderSet
 std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
                                              const Camera& camera, const RenderSettings& settings);
 
-/// Returns whether make_path_tracer() makes the same tracer of a scene for `a` and for `b`.
+/// Returns whether all settings that make_path_tracer() reads are equal in `a` and `b`.
 bool same_tracer(const RenderSettings& a, const RenderSettings& b);
 
 /// Makes the tracer that defines the bits of the picture: it traces by path.h with linear search,

@@ -9,7 +9,7 @@
 /// Searches for one ray at a time, with the tables of a device: EntrySearch.
 namespace parray::trace {
 
-/// Tests all shapes in input order.
+/// Tests all spheres in input order. first_crossing() tests the capsules.
 template <typename Real, typename Store>
 class DeviceLinear {
  public:

@@ -25,7 +25,7 @@ struct PixelRun {
 /// The first hit of a sample's camera ray.
 struct FirstHit {
   std::uint32_t shape = no_shape;  ///< number in the scene (scene::Scene); no_shape: the sky
-  double distance = 0;             ///< along the ray, from the lens
+  double distance = 0;             ///< along the ray, from its start; 0 for the sky
   Vec3d direction{};               ///< direction of the ray; unit length except for rounding
   Vec3d normal{};                  ///< unit normal on the side of the ray's origin; 0: the sky
 
