@@ -35,7 +35,7 @@ struct Viewing {
   std::vector<Sphere> other_spheres{};
   std::vector<Vec3d> other_points{};
   /// True for films of a turntable: the picture includes these others, capsules and corners at
-  /// every angle, and the centre of the ground lies on the turntable's axis. The picture includes
+  /// every angle, and the centre of a floor lies on the turntable's axis. The picture includes
   /// the spheres of the particles at every angle only if `other_spheres` has them, too.
   bool turns = false;
 };
