@@ -13,22 +13,23 @@ namespace parray::input {
 struct LegendEntry {
   std::string name;         ///< UTF-8, as people read it; not empty
   Vec3d color{};            ///< linear RGB in [0, 1]: the particles' albedo
-  std::uint64_t count = 0;  ///< number of particles with this colour
+  std::uint64_t count = 0;  ///< number of particles of this category
   /// True: the entry states the value of the longest arrow. It then has no colour and no count.
   bool arrow = false;
 
   friend bool operator==(const LegendEntry&, const LegendEntry&) = default;
 };
 
-/// The meaning of particles' colours: a scale, categories, or both.
+/// The meaning of particles' colours: a scale, categories, or both. Or the value of the longest
+/// arrow: entries with `arrow`, and no scale.
 /// - A scale of numbers: `stops` are at least two colours from `low` to `high` in equal steps, with
 /// linear interpolation between them.
 /// - Categories: `entries`, in display order. Next to a scale, they explain colours outside the
 /// scale, such as "not known".
 struct Legend {
-  std::string title{};  ///< "element", "type", "chain", a column's name or the arrows' vector
+  std::string title{};  ///< a word such as "element", the name of a number, or the arrows' vector
   std::string unit{};   ///< of the numbers; empty: unknown or none
-  double low = 0;       ///< finite, below `high`
+  double low = 0;       ///< of a scale: finite, below `high`
   double high = 0;
   std::vector<Vec3d> stops{};  ///< linear RGB in [0, 1]; empty: no scale
   std::vector<LegendEntry> entries{};

@@ -26,13 +26,14 @@ inline constexpr std::array<std::string_view, 3> number_scale_words{"linear", "l
 struct ParticleColoring {
   std::string by;                 ///< one of color_by_words, or the name of a number; empty: none
   std::optional<ColorMap> map{};  ///< for a linear or logarithmic scale; not given: viridis
-  /// Numbers at the ends of the map. A percentage is a percentile of the known numbers of all
-  /// shown particles. An open end is the least or largest of these numbers. If both ends are open,
-  /// they may be symmetric about 0: see colors_of().
+  /// Numbers at the ends of the map. A percentage is a percentile of the known numbers of the
+  /// particles that get these colours. An open end is the least or largest of these numbers. If
+  /// both ends are open, they may be symmetric about 0: see colors_of().
   TextRange range{};
   std::optional<NumberScale> scale{};  ///< not given: linear
-  /// Categories, by their names in legends, that take part in the choice of colours even if no
-  /// particle belongs to them: those of other frames. Scene files do not contain them.
+  /// Categories of all frames of a film, by their names in legends. They take part in the choice of
+  /// colours and are in the legend even if no particle belongs to them. Scene files do not contain
+  /// them.
   std::vector<std::string> names{};
 
   [[nodiscard]] bool empty() const { return by.empty(); }
@@ -44,7 +45,8 @@ inline constexpr std::array<std::string_view, 5> color_by_words{"element", "type
                                                                 "residue", "atom"};
 
 /// Parse the texts of the members. The results always have a value. Throw InputError, which names
-/// no place, for invalid texts.
+/// no place, for invalid texts. color_by_from() accepts every text that is not blank, and returns
+/// it in lower case.
 std::string color_by_from(std::string_view text);
 std::optional<ColorMap> color_map_from(std::string_view text);
 TextRange color_range_from(std::string_view text);

@@ -48,17 +48,18 @@ struct ParticleColors {
   std::vector<Vec3d> palette;        ///< linear RGB in [0, 1]
   std::vector<std::uint32_t> index;  ///< into `palette`, one per particle; empty: no colours
   Legend legend;
-  /// Numbers at the ends of the map. If all particles have the same number, both ends are equal,
-  /// and the legend shows a wider scale. Empty: the colours are those of categories.
+  /// Numbers at the ends of the map. Both ends may be equal, such as when all particles have the
+  /// same number. Then the legend shows a wider scale. Empty: the colours are those of categories.
   NumberBounds numbers{};
 
   [[nodiscard]] bool empty() const { return index.empty(); }
 };
 
-/// Colours `particles`, at least one. On a linear or logarithmic scale, adds notes to them. The
-/// note "unknown_numbers" counts particles without a number. The note "clipped" counts particles
-/// outside the range, which get the colour of the nearer end. The result is the same for any number
-/// of threads.
+/// Returns the colours of `particles`, at least one. `coloring` is not empty and has no
+/// contradiction: see problem_with(). On a linear or logarithmic scale, adds notes to `particles`.
+/// The note "unknown_numbers" counts particles without a number that has a place on the scale. The
+/// note "clipped" counts particles outside the range, which get the colour of the nearer end. The
+/// result is the same for any number of threads.
 ///
 /// An open end of the range is the least or largest number. The range is symmetric if both ends are
 /// open, the map has a middle and numbers lie on both sides of 0. Percentiles are by nearest rank
@@ -67,7 +68,7 @@ struct ParticleColors {
 /// Throws UnknownNumber (selection.h) if `coloring.by` is a numeric column that the particles lack.
 /// Throws SourceError (file_place.h) in the following cases:
 /// - "color_by": the particles lack the column, or no number is known.
-/// - "color_scale": a number for each category takes more than 1000 different values.
+/// - "color_scale": `categories` would have more than 1000 different numbers.
 /// - "range": the low end is above the high end for these particles, or not above 0 on a
 ///   logarithmic scale.
 ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads = 1);

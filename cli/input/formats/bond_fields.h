@@ -11,8 +11,8 @@
 /// Bonds in the text of files.
 namespace parray::input {
 
-/// Parses the numbers of two bonded atoms, from 1 to `atoms`. The result counts atoms from 0. Fails
-/// at `place` for other texts and for a bond of an atom to itself.
+/// Parses the numbers of two bonded atoms, from 1 to `atoms`. The result counts atoms from 0.
+/// Throws InputError at `place` for other texts and for a bond of an atom to itself.
 StatedBond bond_field(std::string_view one, std::string_view other, std::uint64_t atoms,
                       const FilePlace& place);
 

@@ -42,7 +42,7 @@ enum class CifItem : std::uint8_t {
   u_factor,
   charge,      // elementary charges
   calculated,  // "dum" marks a dummy site
-  model,       // number of the model, which is a frame
+  model,       // name of the model, usually a number
   count        // number of items; also means that a column is not used
 };
 
@@ -129,9 +129,11 @@ class CifSites {
   [[nodiscard]] bool is_component() const { return kind_ == Kind::component; }
   void add(const CifRow& row);
 
-  /// Returns the model that the request chooses. For a crystal, returns the content of the cell:
-  /// see unit_cell(). `crystal` gives the cell and the symmetry, and may be empty afterwards. Fails
-  /// at `place` if the file lacks the model, if no atom has a position, or as unit_cell() does.
+  /// Returns the model that the request chooses as a frame. Frame 0 is the first model of the file,
+  /// whatever its number. For a crystal, returns the content of the cell: see unit_cell(). For a
+  /// component, uses ideal coordinates if all placed atoms have them. `crystal` gives the cell and
+  /// the symmetry, and may be empty afterwards. Throws InputError at `place` if the file lacks the
+  /// model, if no atom has a position, or as unit_cell() does.
   Particles finish(Crystal& crystal);
 
  private:

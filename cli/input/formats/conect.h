@@ -21,7 +21,7 @@ class ConectBonds {
   /// four bonded atoms in columns of the same width. Blanks separate numbers outside these columns.
   void read(std::string_view record);
   [[nodiscard]] bool empty() const { return pairs_.empty(); }
-  /// Takes over the bonds of `other`, not its atoms.
+  /// Replaces the bonds by those of `other`. Keeps the atoms.
   void take_bonds(const ConectBonds& other) { pairs_ = other.pairs_; }
   /// Adds the bonds to `atoms`, which were added in the order of add_atom(). Then forgets bonds and
   /// atoms. Leaves out bonds of an atom to itself, and bonds whose serial numbers no atom has, or

@@ -58,14 +58,15 @@ class GsdFile {
 
   /// Returns the next entry of the index; nothing after the last one. The frames never descend.
   std::optional<GsdChunk> next_chunk();
-  /// Fails for more than limits::max_shapes rows, and if the file is known to end before the end of
-  /// the chunk. Only reading finds the end of a packed file. numbers() and texts() call check().
+  /// Throws InputError for more than limits::max_shapes rows, and if the file is known to end
+  /// before the end of the chunk. Only reading finds the end of a packed file. numbers() and
+  /// texts() call check().
   void check(const GsdChunk& chunk) const;
   /// Calls `put(value)` with each number of the chunk as a double, row by row.
   void numbers(const GsdChunk& chunk, const auto& put);
   static constexpr std::uint32_t max_text_bytes = 1U << 16;
-  /// Returns the rows of a chunk of bytes as texts, each up to its first zero byte. Fails for rows
-  /// of more than max_text_bytes.
+  /// Returns the rows of a chunk of bytes as texts, each up to its first zero byte. Throws
+  /// InputError for numbers of more than one byte and for rows of more than max_text_bytes.
   std::vector<std::string> texts(const GsdChunk& chunk);
 
   /// Returns the number of bytes of the file; nothing for packed files.

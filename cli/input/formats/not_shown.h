@@ -28,8 +28,8 @@ class EllipsoidRows {
   /// `names`: the names of the columns, in lower case.
   explicit EllipsoidRows(const std::vector<std::string_view>& names);
 
-  /// Counts the row if its shape is not a sphere. Without shapes, every row with an orientation
-  /// counts. `row` has as many fields as there are names.
+  /// Counts the row if its three diameters are not all equal. In a table with quatw but without
+  /// diameters, every row counts. `row` has as many fields as there are names.
   void add(const std::vector<std::string_view>& row);
   [[nodiscard]] std::uint64_t count() const { return count_; }
 
@@ -39,7 +39,7 @@ class EllipsoidRows {
   std::uint64_t count_ = 0;
 };
 
-/// Returns whether three diameters differ. Returns false unless all are numbers.
+/// Returns whether three diameters are not all equal. Returns false unless all are numbers.
 bool is_ellipsoid(std::string_view x, std::string_view y, std::string_view z);
 
 }  // namespace parray::input

@@ -54,11 +54,12 @@ bool is_atom_record(std::string_view line);
 /// - lines with blanks between fields, as in PQR, if columns 31 to 54 do not contain three numbers;
 ///   occupancy and temperature factor must follow the position.
 ///
-/// Throws InputError at `place` for lines without a position.
+/// Throws InputError at `place` for lines without a position or with a zero byte.
 void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 /// Reads a PDBQT record (AutoDock 4.2 User Guide): PDB with the partial charge in columns 67 to 76.
-/// AutoDock's atom type begins in column 78 and gives the element. Fails as read_pdb_record() does.
+/// AutoDock's atom type begins in column 78 and gives the element. Throws the errors of
+/// read_pdb_record().
 void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 /// Reads a PQR record ("PQR molecular structure format", pdb2pqr.readthedocs.io). Blanks separate

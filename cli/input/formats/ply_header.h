@@ -36,7 +36,8 @@ struct PlyHeader {
 
 /// Reads the header of a PLY file, from "ply" to "end_header" (Turk, "The PLY Polygon File Format",
 /// 1994). The next byte of `input` is then the first byte of the data. Throws InputError for
-/// invalid headers, for more than limits::max_shapes vertices, and for elements without properties.
+/// invalid headers, for more than limits::max_shapes vertices, and for elements with a count above
+/// 0 but without properties.
 PlyHeader read_ply_header(ParticleInput& input);
 
 }  // namespace parray::input

@@ -64,8 +64,8 @@ void add_row(const Fields& row, const RowLayout& layout, const FilePlace& place,
              ParticleColumns& columns);
 
 /// Returns the layout for the names of a header line (lower case): x, y, z; radius; element; type;
-/// red, green, blue or r, g, b. `r` without `g` and `b` is a radius. Ignores other names. Fails at
-/// `place` if x, y or z is missing, or if a used name occurs twice.
+/// red, green, blue or r, g, b. `r` without `g` and `b` is a radius. Ignores other names. Throws
+/// InputError at `place` if x, y or z is missing, or if a used name occurs twice.
 RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& place);
 
 }  // namespace parray::input

@@ -57,10 +57,11 @@ struct ParticleArrows {
 ParticleArrows arrows_of(std::string_view arrows, const std::optional<double>& scale,
                          Particles& particles, const std::optional<ArrowMeasure>& measure = {});
 
-/// Appends an arrow of one material. It is a capsule for the shaft and a chain of balls for the
-/// head. The balls shrink towards the tip by a constant factor, so that they look like a cone.
-/// Arrows that are short for their width become thinner. Does nothing for an arrow that would be
-/// too thin for limits::min_radius, such as one of length 0.
+/// Appends an arrow of one material. `width` is that of ParticleArrows: the radius of the shaft. An
+/// arrow is a capsule for the shaft and a chain of balls for the head. The balls shrink towards the
+/// tip by a constant factor, so that they look like a cone. Arrows that are short for their width
+/// become thinner. Does nothing for an arrow that would be too thin for limits::min_radius, such as
+/// one of length 0.
 void append_arrow(const Vec3d& center, const Vec3d& arrow, double width, std::uint32_t material,
                   std::vector<Capsule>& capsules);
 

@@ -16,13 +16,13 @@ namespace parray::input {
 /// `particles` are all particles of the file.
 bool are_beads(const Particles& particles);
 
-/// Returns the median distance from a particle to its nearest neighbour. Uses at most 1000 of the
-/// particles. Returns 0 for fewer than two particles.
+/// Returns the median distance from a particle to its nearest neighbour among all particles. Takes
+/// the median over at most 1000 particles. Returns 0 for fewer than two particles.
 double typical_distance(std::span<const Vec3d> positions);
 
-/// If the particles are beads, sets those rules of the look of `source` that are open: colours by
-/// name, and the radius with which typical neighbours touch. Balls between sticks get half of this
-/// radius. Then one note replaces the notes about elements.
+/// If the particles are beads, sets those rules of `source.look` that are open: colours by name,
+/// and the radius with which typical neighbours touch. Balls between sticks get half of this
+/// radius. One note then replaces the notes about elements. Does nothing if neither rule is open.
 void decide_for_beads(Particles& particles, ParticleSource& source);
 
 }  // namespace parray::input

@@ -12,8 +12,8 @@ namespace parray::input {
 
 /// What happens to particles in a periodic cell before the filter chooses from them.
 struct CellOperations {
-  /// Whether particles are drawn as a crystal. Not given: automatic scenes follow is_crystal(),
-  /// scene files draw none.
+  /// Whether particles are drawn as a crystal. Not given: is_crystal() decides in automatic scenes;
+  /// particles of a scene file are no crystal.
   std::optional<bool> crystal{};
   Replicas replicate{};  ///< how often the cell is repeated along its edges
   bool wrap = false;     ///< moves particles into the cell
@@ -35,7 +35,8 @@ std::set<std::string, std::less<>> numbers_of(const CellOperations& operations);
 
 /// Applies the operations in this order: whole, center, wrap, replicate, copies of a crystal's
 /// atoms on opposite faces. `center` also wraps. With `whole`, wrapping moves whole molecules.
-/// Notes count copies ("boundary_copies") and endless molecules ("endless_molecules").
+/// Notes count the copies on faces ("boundary_copies") and the endless molecules
+/// ("endless_molecules").
 ///
 /// Throws UnknownNumber if `center` uses a numeric column that the particles lack. Throws
 /// SourceError with the key of an operation if the particles lack what it needs, if there would be

@@ -30,7 +30,7 @@ class FrameReader {
 template <typename Input>
 class FramesOf : public FrameReader {
  public:
-  /// The request outlives this object.
+  /// File and request must outlive this object.
   FramesOf(PackedFile& file, const ParticleRequest& request) : input_(file), request_(request) {}
   [[nodiscard]] const FilePlace& place() const override { return input_.place(); }
 
@@ -39,7 +39,7 @@ class FramesOf : public FrameReader {
   const ParticleRequest& request_;
 };
 
-/// Makes a reader that is positioned before the first frame. The request outlives the reader.
+/// Makes a reader that is positioned before the first frame. The request must outlive the reader.
 using OpenFrames = std::function<std::unique_ptr<FrameReader>(const ParticleRequest&)>;
 
 /// The place in a file behind the frame that was read last. With it, reading frames in ascending
@@ -62,9 +62,9 @@ class FrameCursor {
 
 /// Returns the frame of `file` that the request chooses. Without a choice, returns the first frame
 /// with particles. `last` counts the frames first and chooses the last complete one. If
-/// request.continues(), reads on from its cursor. Otherwise `file` must be at its front. Sets
-/// facts.frame. Sets facts.frames if it counted the frames, that is for `last` and for
-/// `request.all`.
+/// request.continues(), calls FrameCursor::read(). `file` must be at its front, unless that cursor
+/// leads_to() the frame. Sets facts.frame. Sets facts.frames if it counted the frames, that is for
+/// `last` and for `request.all`.
 ///
 /// Throws InputError if the file does not have the frame. Throws it also for an empty frame; the
 /// message names the next frame with particles.

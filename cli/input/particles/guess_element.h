@@ -28,8 +28,9 @@ std::uint8_t guess_element(const AtomName& atom);
 /// second letter: "Pt", "Cl2". Returns 0 for other names.
 std::uint8_t element_of_columns(const AtomName& atom);
 
-/// Returns true if a name shows that its file does not reserve column 13 of PDB for two-letter
-/// symbols ("CA  ALA", "C1  LIG"). The name has fewer than four characters and starts in column 13.
+/// Returns true if a name that starts in column 13 of PDB shows that its file does not reserve this
+/// column for two-letter symbols ("CA  ALA", "C1  LIG"). Names of four or more characters show
+/// nothing.
 bool shows_flush_left(std::string_view residue, std::string_view name);
 
 /// Returns an atomic number for each mass in unified atomic mass units. 0: no element. The masses

@@ -79,7 +79,8 @@ class OpenFile {
 class PackedFile {
  public:
   /// Opens a file. Copies files that can be read only once, such as pipes, to a temporary file
-  /// without a name. Throws InputError if the file cannot be opened, is a directory, or is empty.
+  /// without a name. Throws InputError if the file cannot be opened or copied, is a directory, or
+  /// is empty.
   explicit PackedFile(const std::filesystem::path& path);
   /// Opens the file that a command line names. "-" means the standard input.
   static PackedFile of_argument(const std::string& argument);
@@ -98,7 +99,8 @@ class PackedFile {
   [[nodiscard]] std::uint64_t rewinds() const { return rewinds_; }
 
   /// Returns the first `bytes` bytes or more; fewer only if the file is shorter. The reference is
-  /// valid until a call with more bytes. Such a call also returns to the front of the file.
+  /// valid until a call with more bytes. Such a call, and the first one, also return to the front
+  /// of the file.
   const FileStart& start(std::size_t bytes = FileStart::usual_bytes);
   /// Returns the name of the compression or of the archive: "gzip", "tar", "tar.gz". Empty:
   /// neither.

@@ -101,9 +101,9 @@ class ParticleColumns {
 
   [[nodiscard]] std::size_t count() const { return particles_.count(); }
 
-  /// Returns the columns. Fails if there is no particle. Removes the column of elements if no
-  /// element is known, because its texts are not elements. Removes numeric columns without any
-  /// number, because their values are texts.
+  /// Returns the columns. Throws InputError if there is no particle. Removes the column of elements
+  /// if no element is known, because its texts are not elements. Removes numeric columns without
+  /// any number, because their values are texts.
   Particles finish();
   /// Does the same for a frame, which may have no particles.
   Particles finish_frame();

@@ -26,19 +26,19 @@ class ParticleInput {
   bool next_line();
   /// Goes to the next line that is not blank. Returns false at the end of the file.
   bool next_filled_line();
-  /// Goes to the next line. Fails at the end of the file. The message says that `done` of `count`
-  /// WHAT were read.
+  /// Goes to the next line. Throws InputError at the end of the file. The message says that `done`
+  /// of `count` WHAT were read.
   void next_row(std::uint64_t done, std::uint64_t count, std::string_view what) {
     if (!next_line()) fail_within(done, count, what);
   }
-  /// Skips `count` lines of a frame. Fails if the file ends before.
+  /// Skips `count` lines of a frame. Throws InputError if the file ends before.
   void skip_rows(std::uint64_t count);
   /// Returns the line without its end ("\n" or "\r\n"; "\r" if the first line ends so) and without
-  /// a byte order mark. Valid until the next call of next_line() or next_bytes().
+  /// a byte order mark. Valid until the next call that reads or peeks.
   [[nodiscard]] std::string_view line() const { return line_; }
 
   /// Returns the next `count` bytes, at most max_bytes_at_once; nullptr if the file ends before.
-  /// Valid until the next call that reads.
+  /// Valid until the next call that reads or peeks.
   const char* next_bytes(std::size_t count) {
     place_.unit = FilePlace::Unit::byte;
     place_.number = taken_;

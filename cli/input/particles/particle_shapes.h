@@ -15,8 +15,8 @@ class ParticleShapes {
   /// Begins before the first sphere of the source. All arguments must outlive the object.
   ParticleShapes(const SelectedParticles& selected, const ParticleSource& source, Scene& scene);
 
-  /// Gives the spheres that the scene received since the last call the radii of the decided look of
-  /// `part`.
+  /// Call it after append_spheres() for each part. Changes the radii of the spheres of `part`, the
+  /// last ones in the scene, by the style of its decided look: see shape_spheres().
   void add_part(const SelectedPart& part);
 
   /// Appends the capsules after the last part: those of bonds (append_sticks()), then those of the

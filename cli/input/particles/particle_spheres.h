@@ -20,9 +20,10 @@ ParticleMaterial decided(const ParticleMaterial& asked, const Particles& particl
 ParticleRadius decided(const ParticleRadius& asked, const Particles& particles,
                        bool crystal = false);
 
-/// Return why the columns of the file `name` do not support a decided rule: "NAME has no ...: use
-/// A, B or ...". Return an empty text if they do. `otherwise` is a text for the message that names
-/// a choice that is always possible.
+/// Return why a decided rule is not possible for the file `name`. If a column is missing, the text
+/// is "NAME has no ...: use A, B or ...". If the material is unknown, or is a dielectric for
+/// `color_by`, the text is about the material. Return an empty text if the rule is possible.
+/// `otherwise` is a text for the message that names a choice that is always possible.
 std::string problem_with(const ParticleMaterial& material, const Particles& particles,
                          const MaterialNames& materials, const std::string& name,
                          std::string_view otherwise = "the name of a material");

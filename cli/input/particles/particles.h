@@ -17,9 +17,10 @@ namespace parray::input {
 class FrameCursor;
 class PackedFile;
 
-/// Names of the particles, each distinct name once. Particle i has the name names[index[i]].
+/// Names of the particles, each distinct name once. Particle i has the name names[index[i]]. After
+/// a filter or in a film, some names may have no particle.
 struct NameColumn {
-  std::vector<std::string> names;    ///< distinct, in the order of their first use
+  std::vector<std::string> names;    ///< distinct; from a reader: in the order of their first use
   std::vector<std::uint32_t> index;  ///< one per particle; empty: the file has no such column
 
   [[nodiscard]] bool empty() const { return index.empty(); }
@@ -36,7 +37,7 @@ struct NumberColumn {
 /// The box of a simulation or the cell of a crystal. The particles need not fill it.
 struct ParticleCell {
   Vec3d origin;
-  std::array<Vec3d, 3> edges;  ///< a, b, c; in the file's own unit
+  std::array<Vec3d, 3> edges;  ///< a, b, c; in the unit of the positions
   std::array<bool, 3> periodic{true, true,
                                true};  ///< along a, b, c; true if the file does not tell
 };
@@ -170,6 +171,7 @@ struct ParticleRequest {
   [[nodiscard]] bool wants(std::string_view number) const {
     return all || numbers.contains(number);
   }
+  /// Returns the number of the chosen frame. Returns 0 for the last frame and for no choice.
   [[nodiscard]] std::uint64_t frame_number() const { return frame ? frame->number : 0; }
 };
 

@@ -42,8 +42,8 @@ bool is_ion(std::string_view residue, std::string_view atom);
 
 /// Returns true for points that carry charge or constrain motion but are not atoms. Examples are
 /// the fourth and fifth sites of water (MW, EPW, OM, LP1), lone pairs, massless sites of rigid
-/// groups and dummy atoms. `element` comes from the file; 0 if the file gives none. Outside water,
-/// a point with a known element is an atom.
+/// groups and dummy atoms. `element` comes from the file; 0 if the file gives none. Outside water
+/// and the residue DUM, a point with a known element is an atom.
 bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8_t element);
 
 /// Returns the names of residue groups: group i has the colour category_color(i). The residues of a

@@ -33,7 +33,7 @@ struct SelectedParticles {
   ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
   std::optional<ParticleCell> cell;
   std::vector<SelectedPart> parts{};
-  std::size_t count = 0;           ///< of all particles, also those that no part shows
+  std::size_t count = 0;           ///< of the result of selected(), also if no part shows them
   std::vector<DrawnBond> bonds{};  ///< particles have the numbers from before they were split
   double stick_radius = 0;         ///< default of the looks; 0: no look draws sticks
   ParticleArrows arrows{};         ///< of all particles, as for `bonds`; empty: none
@@ -46,7 +46,8 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
 
 /// Applies the operations of the cell to the particles of the open file, read as request_of() says.
 /// Removes what the filter hides. If `source` leaves `crystal` open and is_crystal() is true, sets
-/// it first. Reads the file again only to list its numbers in a message.
+/// it first. Reads the file again only to list its numbers in a message. `folder`: see
+/// request_of().
 ///
 /// Throws SourceError if a member of the source does not suit the file.
 Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
@@ -59,7 +60,9 @@ Particles selected(Particles particles, PackedFile& file, ParticleSource& source
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
                            const std::filesystem::path& folder = {}, int threads = 1);
 
-/// Throws InputError "FILE: --OPTION: problem" for an error in a source that options describe.
+/// Throws InputError "FILE: --OPTION: problem" for an error in a source that options describe. In a
+/// representation: "FILE: --show 'SELECTION': ...". Problems with "material" and "radius" name no
+/// option; without a representation, their text already names the file.
 [[noreturn]] void fail_in_options(const SourceError& error, const ParticleSource& source,
                                   const std::string& file);
 

@@ -18,8 +18,8 @@ inline constexpr std::size_t tar_block_bytes = 512;
 bool begins_tar(std::string_view start);
 
 /// Returns whether the archive contains exactly one file, and otherwise only folders and
-/// attributes. Returns false for damaged archives. Reads `archive`, which is at its front, to the
-/// end.
+/// attributes. Returns false for damaged archives. Reads `archive`, which must be at its front. To
+/// read the file afterwards, open the archive again.
 bool has_one_file(Unpacker& archive);
 
 /// The bytes of the only file in an archive.

@@ -27,8 +27,11 @@ struct LabelSettings {
   std::string
       unit{};  ///< unit of lengths: "angstrom" or any other text; empty: the unit of the file
   std::optional<double> font_size{};  ///< in drawing_ranges::font_size; not given: usual_font_size
-  std::optional<double> dpi{};        ///< in drawing_ranges::dpi
-  std::optional<double> width_mm{};   ///< in drawing_ranges::print_width
+  /// Pixels per inch, in drawing_ranges::dpi, and width in print, in drawing_ranges::print_width.
+  /// At most one is given once the width in pixels is known. None given: see dots_per_inch() in
+  /// labels.h.
+  std::optional<double> dpi{};
+  std::optional<double> width_mm{};
 
   /// Returns whether the picture has any label.
   [[nodiscard]] bool any() const {
@@ -38,7 +41,8 @@ struct LabelSettings {
 };
 
 inline constexpr double usual_font_size = 8;  ///< points
-/// Resolution if a width is given and no resolution, in pixels per inch.
+/// Pixels per inch that turn width_mm into a width in pixels, if neither that width nor dpi is
+/// given.
 inline constexpr double usual_dpi = 300;
 inline constexpr std::size_t longest_label_text = 4000;   ///< bytes
 inline constexpr std::size_t longest_unit = 40;           ///< bytes

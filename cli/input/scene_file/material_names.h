@@ -46,7 +46,8 @@ class MaterialNames {
   const Entry& operator[](std::uint32_t number) const { return entries_[number]; }
   std::size_t size() const { return entries_.size(); }
 
-  /// Returns the material. Returns nullptr if the name is not defined.
+  /// Returns the material; nullptr if the name is not defined. Valid until the next use() or
+  /// define().
   const Material* find(const std::string& name) const;
   /// Returns the defined materials in the order of their numbers.
   std::vector<NamedMaterial> defined() const;

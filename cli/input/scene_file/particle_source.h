@@ -110,7 +110,7 @@ struct ParticleSource {
   std::vector<Representation> shows{};
   std::uint64_t line = 0;       ///< line of the item in the scene file, from 1; 0: from options
   std::uint64_t file_line = 0;  ///< line of its member `file`
-  std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< lines of its members, by key
+  std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< of its members' values, by key
 
   /// Returns the line of the member `key`. Returns the line of the item if the member is not given.
   [[nodiscard]] std::uint64_t line_of(std::string_view key) const {
@@ -125,12 +125,16 @@ inline constexpr std::array<std::string_view, 3> particle_radius_words{"by-eleme
                                                                        "column"};
 
 /// Returns the look of a representation. Members that `look` does not give have the values of
-/// `base`. A material that sets the colours replaces the colouring of `base`.
+/// `base`, with these exceptions:
+/// - If `look` has a colouring, or a material that sets the colours, it takes from `base` no member
+///   of the colouring and no material that sets the colours.
+/// - If `look` has `radius` or `radius_by`, it takes neither from `base`.
+/// - If its style is `spheres`, it takes no radius of sticks.
 ParticleLook completed(ParticleLook look, const ParticleLook& base);
 
 /// A contradiction between the members of a source.
 struct SourceProblem : ColoringProblem {
-  /// Number of the representation that has it, from 0. Nothing: it is in the source's look.
+  /// Number of the representation that has it, from 0. Nothing: a member of the source itself.
   std::optional<std::size_t> representation{};
 };
 /// Returns the first contradiction between the members of `source`; nothing if there is none.

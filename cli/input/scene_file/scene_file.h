@@ -58,7 +58,7 @@ struct SceneFile {
   Postprocessing postprocessing;  ///< postprocessing of the picture
   LabelSettings labels;           ///< labels on the picture
   // Of its particles, once they are in the scene:
-  std::vector<Legend> legends;               ///< meaning of the particles' colours
+  std::vector<Legend> legends;               ///< meaning of the particles' colours and arrows
   std::vector<ParticleFile> particle_files;  ///< in the order of `particles`
   std::optional<ParticleCell> cell;          ///< of the first file with a cell
   /// The label `cell` is a default of crystals. A picture that is too small for it has none.

@@ -38,8 +38,9 @@ Material read_material(const JsonValue& value, const JsonPlace& place);
 
 /// Reads an item of the section `particles`.
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place);
-/// Throws InputError with the place and the line of the member `key` of the item at `place`, or of
-/// one of its representations. `source` gives the lines.
+/// Throws InputError with the place and the line of the member `key` of the item at `place`. For a
+/// member of a representation, the line is that where the representation starts. `source` is the
+/// item and gives the lines.
 [[noreturn]] void fail_in(const ParticleSource& source, const JsonPlace& place,
                           const std::string& key, const std::optional<std::size_t>& representation,
                           std::string_view problem);

@@ -12,8 +12,8 @@ namespace parray::input {
 struct SphereText {
   Sphere sphere;              ///< `material` is not set
   std::string_view material;  ///< refers to the text
-  std::size_t bytes = 0;      ///< length of the text
-  std::size_t newlines = 0;   ///< number of newlines in it
+  std::size_t bytes = 0;      ///< from the start of the text to the end of the item
+  std::size_t newlines = 0;   ///< number of newlines in these bytes
 };
 
 /// Reads the comma and the item at the start of `text`; skips blanks. The item is an object with

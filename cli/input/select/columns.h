@@ -25,7 +25,8 @@ inline std::string particles_word(std::uint64_t count) {
   return in_number(count, "particle", "particles");
 }
 
-/// Returns the columns and numbers that the particles have: "elements, types, x, y, z, index".
+/// Returns the columns and numbers that the particles have: "elements, types, x, y, z, fx, fy, fz,
+/// index".
 std::string columns_of(const Particles& particles);
 
 /// Returns whether a number's name means a numeric column of the file, which the reader loads only
@@ -33,9 +34,10 @@ std::string columns_of(const Particles& particles);
 bool is_number_column(std::string_view name);
 
 /// A number that each particle has. It is a numeric column of the file or one of: x, y, z, radius,
-/// index (from 0), resid (the residue's number), fx, fy, fz. The last three are fractions of the
-/// cell along its edges a, b, c: 0 to 1 inside. Without a cell, or with a flat one, they are
-/// fractions of the box around all centres. The particles must outlive this object.
+/// index, resid (the residue's number), fx, fy, fz. `index` counts from 0 in these Particles, which
+/// a filter may have renumbered. fx, fy and fz are fractions of the cell along its edges a, b, c: 0
+/// to 1 inside. Without a cell, or with a flat one, they are fractions of the box around all
+/// centres. The particles must outlive this object.
 class NumberSource {
  public:
   /// Returns nothing if these particles have no such number.

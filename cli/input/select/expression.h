@@ -34,11 +34,12 @@ struct Expression {
     names,         ///< the particle's name in the column `word` is one of `words`
     elements,      ///< the particle's atomic number, 0 for unknown, is in one of `ranges`
     ranges,        ///< the particle's number `word` ("index", "resid") is in one of `ranges`
-    residues,      ///< the particle's residue is of the kind `word`: "water", "protein", "nucleic",
-                   ///< "ion"
+    residues,      ///< the particle's residue is of the kind `word`: "water", "protein",
+                   ///< "nucleic"; "ion" also depends on the atom's name (is_ion())
     sites,         ///< the particle is a virtual site (residues.h)
     within,        ///< at most `number` (in the unit of positions) away from a particle that
-                   ///< satisfies the part; such particles satisfy `within`, too
+                   ///< satisfies the part; such particles satisfy `within`, too; distances do not
+                   ///< cross faces of the cell
     same_residue,  ///< in the same residue as a particle that satisfies the part
     // Numbers:
     constant,  ///< `number`

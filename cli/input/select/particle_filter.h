@@ -21,8 +21,8 @@ struct ParticleFilter {
   friend bool operator==(const ParticleFilter&, const ParticleFilter&) = default;
 };
 
-/// Check the texts of the filter's members and return them. Throw InputError, which names no place,
-/// for invalid texts.
+/// Check the texts of the filter's members and return them. Throw InputError for invalid texts. Its
+/// message names neither a file nor an option.
 std::string select_from(std::string_view text);
 std::string slice_from(std::string_view text);
 /// Returns "virtual" and the words of a list with commas, in lower case. Returns an empty list for
@@ -40,7 +40,8 @@ std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter);
 /// threads.
 ///
 /// Throws UnknownNumber (selection.h) if the particles lack a numeric column. Throws SourceError
-/// with the key "hide", "slice" or "select" if they lack another column or if none remains.
+/// with the key "hide", "slice" or "select" if that text is not valid, if the particles lack
+/// another column, or if none remains.
 void apply(const ParticleFilter& filter, Particles& particles, int threads = 1);
 
 }  // namespace parray::input

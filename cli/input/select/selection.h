@@ -52,7 +52,8 @@ class Selection {
   /// time. `within` also sorts the particles from which it measures.
   ///
   /// Throws UnknownNumber if the particles lack a numeric column. Throws InputError "character N:
-  /// problem: remedy" if they lack another column that the selection uses.
+  /// problem: remedy" if they lack another column that the selection uses. The message of a
+  /// selection from any_of() names no character.
   [[nodiscard]] ParticleMask mask(const Particles& particles, int threads = 1) const;
 
   /// Describes the values that the particles have in the columns that the selection uses: "there

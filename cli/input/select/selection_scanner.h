@@ -10,8 +10,8 @@
 namespace parray::input {
 
 /// Reads the words, signs and numbers of a selection from front to back. The parser asks for one
-/// kind at a time, because the meaning of a word depends on the context. All members skip blanks
-/// first.
+/// kind at a time, because the meaning of a word depends on the context. All members that read skip
+/// blanks first.
 class SelectionScanner {
  public:
   /// The text must outlive this object.

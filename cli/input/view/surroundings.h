@@ -30,11 +30,13 @@ struct Viewing {
   /// function means no labels.
   std::function<LabelPlaces(const SceneFile&)> labels{};
   /// Spheres and points of other frames that the picture includes, too. They do not determine the
-  /// direction of view.
+  /// direction of view. If there are other spheres, the axis of the turntable goes through the
+  /// middle of these spheres, points and Subject::corners.
   std::vector<Sphere> other_spheres{};
   std::vector<Vec3d> other_points{};
   /// True for films of a turntable: the picture includes these others, capsules and corners at
-  /// every angle, and the centre of the ground lies on the turntable's axis.
+  /// every angle, and the centre of a floor lies on the turntable's axis. The picture includes
+  /// the spheres of the particles at every angle only if `other_spheres` has them, too.
   bool turns = false;
 };
 inline constexpr NumberRange zoom_range{0.1, 100};
@@ -76,9 +78,9 @@ struct Surroundings {
   Camera camera;  ///< a pinhole; a perspective one has tan_half_vfov
   Sky sky;
   std::vector<SceneryObject> scenery;  ///< the objects of scenery_of(), with positions
-  /// The axis on which camera and scenery turn around the spheres. It points away from the floor,
-  /// or upwards in the picture if there is a wall. If Viewing::turns is set, a turn changes only
-  /// which side of the spheres the picture shows.
+  /// The axis on which camera and scenery turn around the spheres. It points along
+  /// Viewpoint::off_ground or, if that points to the viewer, upwards in the picture. If
+  /// Viewing::turns is set, a turn changes only which side of the spheres the picture shows.
   TurnAxis axis{};
 };
 
