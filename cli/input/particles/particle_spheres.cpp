@@ -288,6 +288,7 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
   if (look.material.rule != MaterialRule::column) release(particles.colors);
   if (look.material.rule != MaterialRule::by_type) particles.types = {};
   if (look.radius.rule != RadiusRule::column) release(particles.radii);
+  release(particles.indices);
   MaterialTable table;
   for (const Material& material : scene.materials) {
     table.intern(material);  // gives the same numbers as before
