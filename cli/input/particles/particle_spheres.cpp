@@ -266,9 +266,10 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
   const std::vector<Vec3d> type_colors = colors_of_names(particles.types.names);
   for (const std::size_t kind : order) {
     const auto symbol = element(static_cast<std::uint8_t>(by_element ? kind : 0)).symbol;
-    const std::string name = !by_element ? particles.types.names[kind]
-                             : kind == 0 ? "unknown"
-                                         : std::string(symbol);
+    std::string name = !by_element ? particles.types.names[kind]
+                       : kind == 0 ? "unknown"
+                                   : std::string(symbol);
+    if (name.empty()) name = nameless_category;
     if (counts[kind] == 0 && std::ranges::count(names, name) == 0) continue;
     legend.entries.push_back({name,
                               material_of(kind, particles, material, materials, type_colors).albedo,
