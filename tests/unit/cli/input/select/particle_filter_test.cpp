@@ -4,11 +4,18 @@
 
 #include <array>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "cli/input/select/columns.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
+
+TEST_CASE("none hides no class in any letter case, as the words of classes") {
+  for (const char* text : {"none", "None", " NONE "}) CHECK(hide_from(text).empty());
+  CHECK(hide_from("Virtual") == std::vector<std::string>{"virtual"});
+}
 
 TEST_CASE("hidden particles do not change the index of the others") {
   Particles water;
