@@ -165,8 +165,8 @@ void each_block(const NumberSource& source, std::size_t begin, std::size_t end, 
   }
 }
 
-/// Returns whether a number has a place on the scale.
-bool is_known(double value, NumberScale scale) {
+/// Returns whether a number may be an end of the scale.
+bool can_be_end(double value, NumberScale scale) {
   return std::isfinite(value) && (scale != NumberScale::log || value > 0);
 }
 
@@ -178,7 +178,7 @@ NumberBounds extent_of(const NumberSource& source, std::size_t count, NumberScal
     NumberBounds part;
     each_block(source, begin, end, [&](std::size_t /*first*/, std::span<const double> values) {
       for (const double value : values) {
-        if (is_known(value, scale)) part.add(value);
+        if (can_be_end(value, scale)) part.add(value);
       }
     });
     parts[band] = part;
@@ -188,14 +188,15 @@ NumberBounds extent_of(const NumberSource& source, std::size_t count, NumberScal
   return whole;
 }
 
-/// Returns a percentile of the known numbers by nearest rank. At least one number must be known.
+/// Returns a percentile, by nearest rank, of the numbers that can be ends. There must be such a
+/// number.
 double percentile(const NumberSource& source, std::size_t count, NumberScale scale,
                   double percent) {
   std::vector<double> finite;
   finite.reserve(count);
   each_block(source, 0, count, [&](std::size_t /*first*/, std::span<const double> values) {
     for (const double value : values) {
-      if (is_known(value, scale)) finite.push_back(value);
+      if (can_be_end(value, scale)) finite.push_back(value);
     }
   });
   const double rank = std::ceil(percent / 100 * static_cast<double>(finite.size()));

@@ -57,17 +57,18 @@ struct ParticleColors {
 
 /// Returns the colours of `particles`, at least one. `coloring` is not empty and has no
 /// contradiction: see problem_with(). On a linear or logarithmic scale, adds notes to `particles`.
-/// The note "unknown_numbers" counts particles without a number that has a place on the scale. The
-/// note "clipped" counts particles outside the range, which get the colour of the nearer end. The
-/// result is the same for any number of threads.
+/// The note "unknown_numbers" counts particles without a number, and on a logarithmic scale those
+/// without a positive number. The note "clipped" counts particles outside the range, which get the
+/// colour of the nearer end. Infinite numbers are outside every range. The result is the same for
+/// any number of threads.
 ///
 /// An open end of the range is the least or largest number. The range is symmetric if both ends are
-/// open, the map has a middle and numbers lie on both sides of 0. Percentiles are by nearest rank
-/// among the known numbers.
+/// open, the map has a middle and numbers lie on both sides of 0. Percentiles are by nearest rank.
+/// Open ends and percentiles ignore numbers that are unknown or infinite.
 ///
 /// Throws UnknownNumber (selection.h) if `coloring.by` is a numeric column that the particles lack.
 /// Throws SourceError (file_place.h) in the following cases:
-/// - "color_by": the particles lack the column, or no number is known.
+/// - "color_by": the particles lack the column, or no number can be an end of the scale.
 /// - "color_scale": `categories` would have more than 1000 different numbers.
 /// - "range": the low end is above the high end for these particles, or not above 0 on a
 ///   logarithmic scale.

@@ -398,6 +398,7 @@ Particles AtomColumns::complete(Particles particles) {
     note("alternatives", left_out,
          in_number(left_out, "alternative location", "alternative locations") + " left out");
     if (left_out > 0) keep(particles, mask);
+    particles.indices.clear();  // `index` does not count locations that are left out
   }
   particles.facts.notes = std::move(notes_);
   return particles;

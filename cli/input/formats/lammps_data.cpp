@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 #include <unordered_map>
+#include <vector>
 
 #include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
@@ -13,6 +14,7 @@
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/length_unit.h"
+#include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/stated_bonds.h"
 #include "common/base/ascii.h"
@@ -322,18 +324,31 @@ class DataFile {
                                            unknown_style_});
     }
     std::vector<double> masses;
-    for (std::string& name : particles.types.names) {
+    for (const std::string& name : particles.types.names) {
       const auto mass = masses_.find(name);
       masses.push_back(mass == masses_.end() ? unknown_number : mass->second);
-      if (const auto label = labels_.find(name); label != labels_.end()) name = label->second;
     }
     take_elements_of_masses(masses, particles);
+    use_labels(particles.types);
     put_in_order(bonds_);
     particles.all_bonds = !bonds_.empty();
     particles.bonds = std::move(bonds_);
     note_ellipsoids(ellipsoids_, particles.facts);
     note_bodies(header_.bodies, particles.facts);
     return particles;
+  }
+
+  /// Replaces the names of types by their labels. Types with the same label become one.
+  void use_labels(NameColumn& types) const {
+    if (labels_.empty()) return;
+    NameIndex labelled;
+    std::vector<std::uint32_t> numbers;
+    for (const std::string& name : types.names) {
+      const auto label = labels_.find(name);
+      numbers.push_back(labelled.number_of(label == labels_.end() ? name : label->second));
+    }
+    for (std::uint32_t& type : types.index) type = numbers[type];
+    types.names = labelled.column().names;
   }
 
   void add_velocities(Particles& particles) const {

@@ -266,9 +266,10 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
   const std::vector<Vec3d> type_colors = colors_of_names(particles.types.names);
   for (const std::size_t kind : order) {
     const auto symbol = element(static_cast<std::uint8_t>(by_element ? kind : 0)).symbol;
-    const std::string name = !by_element ? particles.types.names[kind]
-                             : kind == 0 ? "unknown"
-                                         : std::string(symbol);
+    std::string name = !by_element ? particles.types.names[kind]
+                       : kind == 0 ? "unknown"
+                                   : std::string(symbol);
+    if (name.empty()) name = nameless_category;
     if (counts[kind] == 0 && std::ranges::count(names, name) == 0) continue;
     legend.entries.push_back({name,
                               material_of(kind, particles, material, materials, type_colors).albedo,
@@ -288,6 +289,7 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
   if (look.material.rule != MaterialRule::column) release(particles.colors);
   if (look.material.rule != MaterialRule::by_type) particles.types = {};
   if (look.radius.rule != RadiusRule::column) release(particles.radii);
+  release(particles.indices);
   MaterialTable table;
   for (const Material& material : scene.materials) {
     table.intern(material);  // gives the same numbers as before

@@ -32,8 +32,8 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
 
 /// Returns the meaning of the particles' colours under a decided, supported rule other than
 /// `color_by`. Elements come in the order of their numbers with unknown ones last, types in
-/// reading_order(). Contains those that particles have, and those in `names`. Returns an empty
-/// legend for other rules.
+/// reading_order(), with the name nameless_category for the empty type. Contains those that
+/// particles have, and those in `names`. Returns an empty legend for other rules.
 Legend legend_of(const Particles& particles, const ParticleMaterial& material,
                  const MaterialNames& materials, const std::vector<std::string>& names = {});
 

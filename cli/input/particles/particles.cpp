@@ -31,6 +31,7 @@ void for_each_column(Particles& particles, const auto& work) {
   work(particles.insertion_codes);
   work(particles.alternatives);
   for (NumberColumn& column : particles.numbers) work(column.values);
+  work(particles.indices);
   work(particles.positions);
 }
 
@@ -172,6 +173,10 @@ const NumberColumn* Particles::numbers_named(std::string_view name) const {
 
 void keep(Particles& particles, const ParticleMask& mask) {
   keep_bonds(particles.bonds, mask);
+  if (particles.indices.empty()) {
+    particles.indices.resize(particles.count());
+    std::iota(particles.indices.begin(), particles.indices.end(), std::uint32_t{0});
+  }
   for_each_column(particles, [&](auto& column) { keep_in(column, mask); });
 }
 

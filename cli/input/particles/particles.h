@@ -90,12 +90,18 @@ struct Particles {
   std::vector<char> insertion_codes;  ///< of residues with the same number; blank: none
   std::vector<char> alternatives;     ///< letters of locations if all are read; blank: none
   std::vector<NumberColumn> numbers;  ///< the numeric columns that the request wants
+  /// Place of each particle, from 0, before keep() removed others. Empty: 0, 1, 2 and so on.
+  std::vector<std::uint32_t> indices;
   std::optional<ParticleCell> cell;
   std::vector<StatedBond> bonds;  ///< distinct, in ascending order; empty: the file states none
   bool all_bonds = false;         ///< whether `bonds` are complete; false: PDB states only some
   ParticleFacts facts;
 
   [[nodiscard]] std::size_t count() const { return positions.size(); }
+  /// Returns the place of a particle among all that the reader returned, and their copies, from 0.
+  [[nodiscard]] std::size_t index_of(std::size_t particle) const {
+    return indices.empty() ? particle : indices[particle];
+  }
   /// Returns the numbers with this name. Null: there are none.
   [[nodiscard]] const NumberColumn* numbers_named(std::string_view name) const;
 };
@@ -103,7 +109,7 @@ struct Particles {
 /// One byte per particle: 1 or 0.
 using ParticleMask = std::vector<std::uint8_t>;
 
-/// Removes the particles whose mask is 0. Keeps the order.
+/// Removes the particles whose mask is 0. Keeps the order, and the index_of() of each particle.
 void keep(Particles& particles, const ParticleMask& mask);
 
 /// Repeats all particles, so that there are `times` (> 0) as many: copy after copy, each in the

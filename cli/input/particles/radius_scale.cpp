@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -18,6 +19,13 @@
 namespace parray::input {
 namespace {
 
+/// Returns "mass of particle 7", with the particle's index in the file.
+std::string number_of_particle(const std::string& by, const Particles& particles,
+                               std::ptrdiff_t place) {
+  return printable(by) + " of particle " +
+         std::to_string(particles.index_of(static_cast<std::size_t>(place)));
+}
+
 bool is_radius(double value) {
   return value >= ranges::length.least && value <= ranges::length.most;  // false for NaN
 }
@@ -31,8 +39,7 @@ std::vector<double> numbers_in(const Particles& particles, const std::string& by
   source->values(0, numbers);
   const auto unknown = std::ranges::find_if_not(numbers, [](double v) { return std::isfinite(v); });
   if (unknown != numbers.end()) {
-    throw SourceError("radius_by", printable(by) + " of particle " +
-                                       std::to_string(unknown - numbers.begin()) +
+    throw SourceError("radius_by", number_of_particle(by, particles, unknown - numbers.begin()) +
                                        " is not known: select particles with a known number");
   }
   return numbers;
@@ -88,10 +95,10 @@ NumberBounds apply(const RadiusScale& scale, Particles& particles) {
   const NumberBounds sized = scale.low > 0 ? scale_to(scale, radii) : NumberBounds{};
   const auto wrong = std::ranges::find_if_not(radii, is_radius);
   if (wrong != radii.end()) {
-    throw SourceError("radius_by", printable(scale.by) + " of particle " +
-                                       std::to_string(wrong - radii.begin()) + " is " +
-                                       number_text(*wrong) + ", which is not a radius: write " +
-                                       printable(scale.by) + ":LOW:HIGH to scale the numbers");
+    throw SourceError("radius_by", number_of_particle(scale.by, particles, wrong - radii.begin()) +
+                                       " is " + number_text(*wrong) +
+                                       ", which is not a radius: write " + printable(scale.by) +
+                                       ":LOW:HIGH to scale the numbers");
   }
   particles.radii = std::move(radii);
   return sized;

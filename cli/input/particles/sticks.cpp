@@ -79,7 +79,8 @@ void decide_style(const Particles& particles, ParticleSource& source) {
   if (open.empty() || !are_atoms(particles)) return;
   if (!is_small_molecule(particles, source)) {
     if (source.arrows.empty()) return;
-    source.bonds = BondSource::off;
+    const bool bonds_wanted = draws_sticks(source) || source.bonds == BondSource::file;
+    if (!bonds_wanted) source.bonds = BondSource::off;
   }
   for (ParticleLook* look : open) look->style = ParticleStyle::balls_and_sticks;
 }

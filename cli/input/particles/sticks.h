@@ -28,8 +28,9 @@ bool draws_sticks(const ParticleSource& source);
 /// that the source shows, are a small molecule: at most most_atoms_with_sticks atoms of known
 /// elements, no crystal, without radii of the file, and with a bond other than those between two
 /// metals. Atoms without bonds are balls, too. Other atoms of known elements with arrows become
-/// balls, and the source draws no bonds, because larger spheres would hide the arrows. A look keeps
-/// its style if the user chose radii for it other than a number.
+/// balls, because larger spheres would hide the arrows. The source then draws no bonds, unless the
+/// user chose a style with sticks for another look, or the bonds of the file. A look keeps its
+/// style if the user chose radii for it other than a number.
 void decide_style(const Particles& particles, ParticleSource& source);
 
 /// Returns the default radius of sticks, in the particles' unit of length: 0.15 angstrom. For

@@ -91,7 +91,8 @@ void NumberSource::values(std::size_t begin, std::span<double> out) const {
     case Kind::fraction:
       return fill([&](std::size_t i) { return dot(positions[i] - origin_, slope_); });
     case Kind::radius: return fill([&](std::size_t i) { return particles_->radii[i]; });
-    case Kind::index: return fill([](std::size_t i) { return static_cast<double>(i); });
+    case Kind::index:
+      return fill([&](std::size_t i) { return static_cast<double>(particles_->index_of(i)); });
     case Kind::residue: return fill([&](std::size_t i) { return particles_->residue_numbers[i]; });
     case Kind::column: return fill([&](std::size_t i) { return (*column_)[i]; });
   }

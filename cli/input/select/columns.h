@@ -34,10 +34,10 @@ std::string columns_of(const Particles& particles);
 bool is_number_column(std::string_view name);
 
 /// A number that each particle has. It is a numeric column of the file or one of: x, y, z, radius,
-/// index, resid (the residue's number), fx, fy, fz. `index` counts from 0 in these Particles, which
-/// a filter may have renumbered. fx, fy and fz are fractions of the cell along its edges a, b, c: 0
-/// to 1 inside. Without a cell, or with a flat one, they are fractions of the box around all
-/// centres. The particles must outlive this object.
+/// index, resid (the residue's number), fx, fy, fz. `index` is Particles::index_of(), so hidden
+/// particles count. fx, fy and fz are fractions of the cell along its edges a, b, c: 0 to 1 inside.
+/// Without a cell, or with a flat one, they are fractions of the box around all centres. The
+/// particles must outlive this object.
 class NumberSource {
  public:
   /// Returns nothing if these particles have no such number.

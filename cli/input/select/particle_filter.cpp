@@ -111,7 +111,7 @@ std::string slice_from(std::string_view text) {
 }
 
 std::vector<std::string> hide_from(std::string_view text) {
-  if (trimmed(text) == "none") return {};
+  if (lower_case(trimmed(text)) == "none") return {};
   std::vector<std::string> words{hidden_by_default};
   for (const std::string_view part : split_at(',', text)) {
     std::string word = lower_case(trimmed(part));

@@ -26,7 +26,7 @@ struct ParticleFilter {
 std::string select_from(std::string_view text);
 std::string slice_from(std::string_view text);
 /// Returns "virtual" and the words of a list with commas, in lower case. Returns an empty list for
-/// "none".
+/// "none", in any letter case.
 std::vector<std::string> hide_from(std::string_view text);
 /// Throws InputError if a word is not in selection_classes().
 void check_hidden(const std::vector<std::string>& words);

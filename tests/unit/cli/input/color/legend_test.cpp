@@ -50,6 +50,21 @@ TEST_CASE(
   CHECK(legend_of(particles, {ParticleMaterial::Rule::named, "a"}, names).empty());
 }
 
+TEST_CASE("a legend by type names particles without a type, also if a frame has none of them") {
+  Particles particles;
+  particles.positions.resize(2);
+  particles.types = {{"", "a"}, {0, 1}};
+  const Legend legend = legend_of(particles, {ParticleMaterial::Rule::by_type, {}}, {});
+  REQUIRE(legend.entries.size() == 2);
+  CHECK(legend.entries[0].name == "a");
+  CHECK(legend.entries[1].name == "no name");
+  particles.types.index = {1, 1};
+  const Legend later =
+      legend_of(particles, {ParticleMaterial::Rule::by_type, {}}, {}, {"a", "no name"});
+  REQUIRE(later.entries.size() == 2);
+  CHECK(later.entries[1].count == 0);
+}
+
 TEST_CASE("legends of several files with the same title and scale become one") {
   std::vector<Legend> legends;
   add_legend(legends, {});

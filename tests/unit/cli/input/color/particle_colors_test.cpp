@@ -126,6 +126,16 @@ TEST_CASE("a legend of numbers has the unit of the file") {
   CHECK(colors_of({"index"}, particles).legend.unit.empty());
 }
 
+TEST_CASE("colours by index count removed particles") {
+  Particles particles = with_numbers({0, 0, 0, 0, 0, 0});
+  keep(particles, {0, 1, 1, 0, 0, 1});
+  const ParticleColors paint = colors_of({"index"}, particles);
+  CHECK(paint.legend.low == 1);
+  CHECK(paint.legend.high == 5);
+  keep(particles, {0, 1, 1});
+  CHECK(colors_of({"index"}, particles).legend.low == 2);
+}
+
 TEST_CASE("a range clips numbers and a note counts them") {
   const std::vector<double> values{-3, -1, 0, 1, unknown, 2};
   CHECK(shares(values, by_number("-1:1")) == std::vector<double>{0, 0, 0.5, 1, -1, 1});

@@ -93,6 +93,18 @@ TEST_CASE("masses in reduced units and of beads give no elements") {
   CHECK(elements("1 55.85\n2 2.014\n") == std::vector<std::uint8_t>{26, 1});
 }
 
+TEST_CASE("LAMMPS data: labels name the types, and types with the same label become one") {
+  const ParticleFiles files;
+  const Particles particles = files.read(
+      "a.data",
+      "\n4 atoms\n4 atom types\n0 9 xlo xhi\n\nAtom Type Labels\n\n1 C\n2 O\n3 C\n\nMasses\n\n"
+      "1 12\n2 16\n3 12.011\n4 1.008\n\nAtoms # atomic\n\n"
+      "1 1 0 0 0\n2 2 1 1 1\n3 3 2 2 2\n4 4 3 3 3\n");
+  CHECK(particles.types.names == std::vector<std::string>{"C", "O", "4"});
+  CHECK(particles.types.index == std::vector<std::uint32_t>{0, 1, 0, 2});
+  CHECK(particles.elements == std::vector<std::uint8_t>{6, 8, 6, 1});
+}
+
 TEST_CASE("LAMMPS data: the title of write_data has the style of units") {
   const ParticleFiles files;
   const auto unit = [&](const std::string& title) {

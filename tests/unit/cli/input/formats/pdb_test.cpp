@@ -187,6 +187,7 @@ TEST_CASE("PDB: a request can choose all alternative locations or those of one l
     return xs_of(read_particles(files.write("a.pdb", text), request));
   };
   CHECK(xs("best") == Xs{1, 3, 5});
+  CHECK(files.read("a.pdb", text).index_of(1) == 1);  // not counting what was left out
   CHECK(xs("all") == Xs{1, 2, 3, 4, 5});
   CHECK(xs("B") == Xs{2, 3, 5});  // of an atom without B, the best
   CHECK(xs("C") == Xs{1, 4, 5});

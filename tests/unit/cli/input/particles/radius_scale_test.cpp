@@ -51,6 +51,18 @@ TEST_CASE("numbers that are no radii are refused, and the message names the part
   CHECK_THROWS_AS(radii("speed", {1}), UnknownNumber);
 }
 
+TEST_CASE("radii by index, and the particles that messages name, count removed particles") {
+  Particles particles;
+  particles.positions.resize(4);
+  particles.numbers.push_back({"mass", {1, 2, 3, unknown}});
+  keep(particles, {0, 0, 1, 1});
+  CHECK(test::message_of<SourceError>([&] {
+          apply(radius_scale_from("mass"), particles);
+        }).starts_with("mass of particle 3 is not known"));
+  apply(radius_scale_from("index"), particles);
+  CHECK(particles.radii == std::vector<double>{2, 3});
+}
+
 TEST_CASE("texts of radii are read and written, others are refused") {
   for (const std::string text :
        {"mass", "mass:0.5:2", "z:1e-15:1e+15", "velocity:0", "velocity:1:0.5:2"}) {

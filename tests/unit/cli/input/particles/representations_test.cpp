@@ -2,12 +2,15 @@
 
 #include <doctest/doctest.h>
 
+#include <cstdint>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/scene_file/scene_writer.h"
+#include "cli/input/select/particle_filter.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"
@@ -62,6 +65,17 @@ TEST_CASE(
     CHECK(particles.facts.notes[1].key == "not_shown");
     CHECK(particles.facts.notes[1].count == 2);
   }
+}
+
+TEST_CASE("index in a selection of a representation counts hidden particles") {
+  Particles particles = six();
+  apply(ParticleFilter{.select = "x != 1", .slice = {}}, particles);
+  const auto parts = split(particles, shown({"index 2:3", "index 5"}));
+  REQUIRE(parts.size() == 2);
+  CHECK(xs(parts[0].particles) == std::vector<double>{2, 3});
+  CHECK(parts[0].numbers == std::vector<std::uint32_t>{1, 2});
+  CHECK(xs(parts[1].particles) == std::vector<double>{5});
+  CHECK(parts[1].particles.index_of(0) == 5);
 }
 
 TEST_CASE("a part that later representations hide completely is left out") {

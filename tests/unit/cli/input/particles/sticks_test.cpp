@@ -182,6 +182,28 @@ TEST_CASE("atoms with arrows are balls, so that they do not hide the arrows") {
   CHECK(molecule.bonds == BondSource::automatic);
 }
 
+TEST_CASE("arrows of larger structures remove no bonds for which the user asked") {
+  Particles argon;
+  argon.elements = {18, 18};
+  argon.positions = {{0, 0, 0}, {3.8, 0, 0}};
+  ParticleSource source;
+  source.arrows = "velocity";
+  source.bonds = BondSource::file;
+  decide_style(argon, source);
+  CHECK(source.look.style == ParticleStyle::balls_and_sticks);
+  CHECK(source.bonds == BondSource::file);
+  for (const auto style : {ParticleStyle::balls_and_sticks, ParticleStyle::sticks}) {
+    source = {};
+    source.arrows = "velocity";
+    source.shows.resize(2);
+    source.shows[0].look.style = style;
+    decide_style(argon, source);
+    CHECK(source.shows[0].look.style == style);
+    CHECK(source.shows[1].look.style == ParticleStyle::balls_and_sticks);
+    CHECK(source.bonds == BondSource::automatic);
+  }
+}
+
 TEST_CASE("representations of a small molecule get the style one by one") {
   ParticleSource source;
   source.shows.resize(3);
