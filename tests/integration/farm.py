@@ -29,12 +29,13 @@ def child_processor_seconds():
 
 
 def wait_for(condition, what, timeout=60):
+    """Asks less often if a question takes long, because those that start a process would need half a processor."""
     end = time.monotonic() + timeout
-    while time.monotonic() < end:
+    while (begin := time.monotonic()) < end:
         result = condition()
         if result:
             return result
-        time.sleep(0.02)
+        time.sleep(min(max(0.02, 5 * (time.monotonic() - begin)), 0.2))
     raise AssertionError(f"waited {timeout} s for {what}")
 
 
