@@ -357,6 +357,13 @@ TEST_CASE("the loop answers requests in order, and its error messages are kept")
   CHECK(status_of([&] { client.ask<msg::Jobs>({}, msg::ListJobs{}); }) == 503);
 }
 
+TEST_CASE("a request waits longer for its answer if the loop may have to read a file") {
+  CHECK(waits_for_disk<msg::Fetch>);
+  CHECK(waits_for_disk<msg::FetchScene>);
+  CHECK(waits_for_disk<msg::FetchJournal>);
+  CHECK_FALSE(waits_for_disk<msg::ShowJob>);
+}
+
 /// Returns the next events of a stream; empty: none came within a minute, or the stream has ended.
 std::string next_events(BodyStream& stream) {
   constexpr int most_comments = 12;  // one comes every five seconds
