@@ -203,8 +203,7 @@ PictureCache::File PictureCache::make_map(const Sender& sender, JobId job, Kind 
                         : kind == Kind::worker_numbers ? bytes_of(map.tracer)
                                                        : std::string_view(names));
   } catch (const DecodeError& error) {
-    throw RunError("the journal of job " + std::to_string(job) + " is damaged (" + error.what() +
-                   "): submit the scene again for a new journal");
+    throw RunError(damaged_journal(job, error.what()));
   }
   return picture;
 }

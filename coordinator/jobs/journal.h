@@ -83,4 +83,8 @@ class Journal {
 /// Decodes a journal. Throws DecodeError.
 std::vector<JournalEntry> read_journal(std::string_view bytes);
 
+/// Returns the message for a user whose job has a damaged journal. `damage`: what the DecodeError
+/// of read_journal() or work_map() says.
+std::string damaged_journal(std::uint64_t job, const std::string& damage);
+
 }  // namespace parray::coordinator
