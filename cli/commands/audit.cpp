@@ -44,8 +44,7 @@ std::vector<JournalEntry> entries_of(const Client::JobJournal& journal, std::uin
   try {
     return read_journal(journal.journal);
   } catch (const DecodeError& error) {
-    throw RunError("the journal of job " + std::to_string(job) + " is damaged (" + error.what() +
-                   "): submit the scene again for a new journal");
+    throw RunError(damaged_journal(job, error.what()));
   }
 }
 

@@ -216,6 +216,7 @@ std::string RenderOptions::as_given() const {
                          given.group == particles_group;
     text += decides ? given.name + "=" + given.value + "\n" : "";
   }
+  if (print_width_) text += "width in print=" + std::to_string(*print_width_) + "\n";
   return text;
 }
 

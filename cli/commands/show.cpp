@@ -7,12 +7,21 @@
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
 #include "cli/output/text.h"
+#include "common/base/bytes.h"
+#include "common/base/error.h"
 
 namespace parray::commands {
 namespace {
 
-void print_time_spent(const std::string& journal) {
-  const TimeSpent spent = time_spent(read_journal(journal));
+TimeSpent time_spent_on(std::uint64_t job, const std::string& journal) {
+  try {
+    return time_spent(read_journal(journal));
+  } catch (const DecodeError& error) {
+    throw RunError(damaged_journal(job, error.what()));
+  }
+}
+
+void print_time_spent(const TimeSpent& spent) {
   if (spent.threads == 0) return;
   const auto share = [](double part) { return formatted("%.0f %%", 100 * part); };
   std::cout << duration_text(spent.seconds) << " with " << counted(spent.threads, "thread")
@@ -33,7 +42,7 @@ int show(const ShowCommand& command) {
   print_job(job, command.as_json);
   const JobStatus status = job_status(job);
   if (!command.as_json && status.frames == 0 && status.ended()) {
-    print_time_spent(client->journal(command.job).journal);
+    print_time_spent(time_spent_on(command.job, client->journal(command.job).journal));
   }
   return 0;
 }

@@ -200,8 +200,10 @@ Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
                    {"Cache-Control", "no-cache"},
                    {"Parray-Width", std::to_string(picture.width)},
                    {"Parray-Height", std::to_string(picture.height)},
-                   {"Parray-Partial", picture.partial ? "1" : "0"},
-                   {"Parray-Samples", std::to_string(picture.samples)}};
+                   {"Parray-Partial", picture.partial ? "1" : "0"}};
+  if (picture.samples) {
+    reply.headers.emplace_back("Parray-Samples", std::to_string(*picture.samples));
+  }
   if (has_tag(request.field("if-none-match"), picture.etag)) {
     reply.status = 304;
   } else if (picture.thumbnail) {

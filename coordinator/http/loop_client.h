@@ -16,8 +16,9 @@ namespace parray::http {
 template <typename Asked>
 inline constexpr bool waits_for_disk =
     std::is_same_v<Asked, msg::Submit> || std::is_same_v<Asked, msg::Fetch> ||
-    std::is_same_v<Asked, msg::FetchScene> || std::is_same_v<Asked, msg::SteerJob> ||
-    std::is_same_v<Asked, msg::SteerJobs> || std::is_same_v<Asked, msg::SteerWorkers>;
+    std::is_same_v<Asked, msg::FetchScene> || std::is_same_v<Asked, msg::FetchJournal> ||
+    std::is_same_v<Asked, msg::SteerJob> || std::is_same_v<Asked, msg::SteerJobs> ||
+    std::is_same_v<Asked, msg::SteerWorkers>;
 
 /// Sends requests to the coordinator's loop, as any client does, with the messages of PROTOCOL.md.
 /// Callable from any thread.
@@ -29,7 +30,7 @@ class LoopClient {
   /// Sends one request of `sender`, repeats it every 0.5 s, and returns the answer. Throws Problem
   /// with the loop's message: 409 if the request was wrong, 503 if the loop asks to try later, 500
   /// otherwise. Also throws Problem 503 if no answer arrives within 10 seconds (60 seconds for
-  /// scenes, pictures and changes, which wait for the disk).
+  /// scenes, pictures, journals and changes, which wait for the disk).
   template <typename Answer, typename Asked>
   Answer ask(const Sender& sender, Asked request) {
     Answer answer;

@@ -120,9 +120,11 @@ void add_queue(Text& text, const json& farm) {
               "Time that jobs waited in the queue for their first lease");
   text.sample("parray_queue_seconds_sum", "", since_start.at("queue_seconds").get<double>());
   text.sample("parray_queue_seconds_count", "", since_start.at("jobs_begun").get<double>());
-  text.single("parray_oldest_queued_job_seconds", "gauge",
-              "Longest time that a queued job has waited so far; 0: no job is queued",
-              farm.at("oldest_queued_seconds").get<double>());
+  text.single(
+      "parray_oldest_queued_job_seconds", "gauge",
+      "Longest time that a job has waited so far for its first lease since it was queued; 0: "
+      "no job waits for it",
+      farm.at("oldest_queued_seconds").get<double>());
   text.by("state", "parray_jobs_ended_total", "counter", "Jobs that ended, by state",
           since_start.at("jobs_ended"));
   text.single("parray_workers_lost_total", "counter",

@@ -169,9 +169,10 @@ PictureCache::File PictureCache::make(const Sender& sender, const Key& key, Step
   picture.width = data.width;
   picture.height = data.height;
   picture.partial = data.report.value("partial", false);
-  picture.samples = data.report.value("samples", std::uint64_t{0});
+  const auto samples = data.report.value("samples", std::uint64_t{0});
+  picture.samples = samples;
   picture.etag = '"' +
-                 (picture.partial ? std::to_string(job) + "-" + std::to_string(picture.samples)
+                 (picture.partial ? std::to_string(job) + "-" + std::to_string(samples)
                                   : data.report.value("image_sha256", "").substr(0, 32)) +
                  (steps.denoise ? "-denoised-" : "-") + file_of(kind).name +
                  (thumbnail_width > 0 ? "-" + std::to_string(thumbnail_width) : "") + '"';
@@ -193,7 +194,6 @@ PictureCache::File PictureCache::make_map(const Sender& sender, JobId job, Kind 
   picture.width = data.job.at("width").get<std::uint32_t>();
   picture.height = data.job.at("height").get<std::uint32_t>();
   picture.partial = data.job.at("state") != name_of(JobState::done);
-  picture.samples = data.report.value("samples", std::uint64_t{0});
   const std::string_view journal = data.journal.verified();
   picture.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind).name);
   try {
@@ -203,8 +203,7 @@ PictureCache::File PictureCache::make_map(const Sender& sender, JobId job, Kind 
                         : kind == Kind::worker_numbers ? bytes_of(map.tracer)
                                                        : std::string_view(names));
   } catch (const DecodeError& error) {
-    throw RunError("the journal of job " + std::to_string(job) + " is damaged (" + error.what() +
-                   "): submit the scene again for a new journal");
+    throw RunError(damaged_journal(job, error.what()));
   }
   return picture;
 }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "coordinator/http/budget.h"
@@ -58,8 +59,8 @@ class PictureCache {
     std::string etag;
     std::uint32_t width = 0;   ///< of the whole picture, in pixels
     std::uint32_t height = 0;  ///< of the whole picture, in pixels
-    /// Samples of all pixels together. 0 for `cost` and the workers' files of an unfinished job.
-    std::uint64_t samples = 0;
+    /// Samples of all pixels together. Nothing for `cost` and the workers' files.
+    std::optional<std::uint64_t> samples{};
     bool partial = false;  ///< the job is not done
   };
   /// Returns the cached file, or makes it. `owner`: the name under which the request waits for its

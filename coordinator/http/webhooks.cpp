@@ -94,7 +94,7 @@ void Webhooks::check(const std::string& url) const {
 void Webhooks::add(JobId job, const std::string& url) {
   {
     const std::scoped_lock lock(mutex_);
-    hooks_[job].url = url;
+    hooks_[job] = Hook{url, ++added_};
     save();
   }
   changed_.notify_one();
@@ -151,6 +151,7 @@ void Webhooks::deliver_due(Time now) {
     const bool settled = deliver(job, hook, now);
     const std::scoped_lock lock(mutex_);
     if (stopped_) return;
+    if (hooks_.at(job).added != hook.added) continue;  // add() has replaced it meanwhile
     if (settled) {
       hooks_.erase(job);
       save();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -58,6 +59,7 @@ class Webhooks {
   [[nodiscard]] bool permits(const std::optional<WebhookUrl>& url) const;
   struct Hook {
     std::string url;
+    std::uint64_t added = 0;  ///< number of the add() that added it; 0: it comes from the file
     unsigned tries = 0;
     Time next_at{};
   };
@@ -70,9 +72,10 @@ class Webhooks {
   const std::vector<std::string> hosts_;
   const std::filesystem::path file_;
   const Post post_;
-  std::mutex mutex_;  // guards hooks_, stopped_ and the file
+  std::mutex mutex_;  // guards hooks_, added_, stopped_ and the file
   std::condition_variable changed_;
   std::map<JobId, Hook> hooks_;
+  std::uint64_t added_ = 0;  ///< calls of add()
   bool stopped_ = false;
   std::thread thread_;
 };

@@ -44,6 +44,17 @@ void JobBook::list_open_jobs() {
   farm_.grants_due = true;
 }
 
+/// Returns when a job with these events was submitted or queued again, whichever is later.
+/// Negative: it has had a lease since then, or the time is not known.
+static double queued_at(const std::vector<JobEvent>& events) {
+  for (auto event = events.rbegin(); event != events.rend(); ++event) {
+    const std::string& what = event->what;
+    if (what == "started" || what == "continued") return -1;
+    if (what.starts_with("submitted") || what.starts_with("queued again")) return event->at;
+  }
+  return -1;
+}
+
 void JobBook::restore_jobs() {
   if (farm_.store == nullptr) return;
   for (JobRecord& record : farm_.store->jobs()) {
@@ -55,9 +66,7 @@ void JobBook::restore_jobs() {
     if (job.record.series_id != 0) {
       series_[{job.record.user, job.record.series}] = job.record.series_id;
     }
-    if (job.record.state == JobState::queued && !job.record.events.empty()) {
-      job.queued_at = job.record.events.front().at;
-    }
+    if (job.record.state == JobState::queued) job.queued_at = queued_at(job.record.events);
     if (job.record.state == JobState::running) job.record.state = JobState::queued;
     job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
     job.stored = true;

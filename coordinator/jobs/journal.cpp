@@ -19,7 +19,7 @@ void count(ByteWriter& out, const auto& list, std::size_t /*element_bytes*/) {
 template <typename Count>
 void count(ByteReader& in, auto& list, std::size_t element_bytes) {
   const auto elements = in.get<Count>();
-  if (elements > in.left() / element_bytes) throw DecodeError("journal: data end early");
+  if (elements > in.left() / element_bytes) throw DecodeError("data ends early");
   list.resize(elements);
 }
 
@@ -30,7 +30,7 @@ void short_name(ByteWriter& out, const std::string& name) {
 }
 void short_name(ByteReader& in, std::string& name) {
   const auto size = in.get<std::uint32_t>();
-  if (size > longest_name) throw DecodeError("journal: a name is too long");
+  if (size > longest_name) throw DecodeError("the name of a worker is too long");
   name = in.get_bytes(size);
 }
 
@@ -57,7 +57,7 @@ void fields(auto& f, JournalGrid& e) {
   f.numbers(e.pass, s.width, s.height, row_order, s.band_rows, s.cell_pixels, s.layer_samples,
             s.piece_cells);
   if (row_order > static_cast<std::uint32_t>(RowOrder::interleaved)) {
-    throw DecodeError("journal: an unknown order of rows");
+    throw DecodeError("an unknown order of rows");
   }
   s.row_order = static_cast<RowOrder>(row_order);
   count<std::uint32_t>(f, s.stages, 5 * sizeof(std::uint32_t));
@@ -70,11 +70,11 @@ void check(const JournalWorker& /*e*/) {}
 void check(const JournalPass& e) {
   if (e.cells == 0 || e.grain.row_cells == 0 || e.grain.piece_cells == 0 ||
       !(e.grain.cell_samples > 0)) {
-    throw DecodeError("journal: a pass without cells");
+    throw DecodeError("a pass without cells");
   }
 }
 void check(const CellRange& range) {
-  if (range.begin >= range.end) throw DecodeError("journal: an empty range of cells");
+  if (range.begin >= range.end) throw DecodeError("an empty range of cells");
 }
 void check(const JournalMerge& e) { check(e.range); }
 void check(const JournalRetraction& e) {
@@ -84,7 +84,7 @@ void check(const JournalGrid& e) {
   try {
     const CellGrid checked(e.shape);
   } catch (const InputError& error) {
-    throw DecodeError(std::string("journal: ") + error.what());
+    throw DecodeError(error.what());
   }
 }
 
@@ -104,7 +104,7 @@ JournalEntry get_entry(ByteReader& in) {
     case 2: return get_as<JournalMerge>(in);
     case 3: return get_as<JournalRetraction>(in);
     case 4: return get_as<JournalGrid>(in);
-    default: throw DecodeError("journal: an entry of an unknown kind");
+    default: throw DecodeError("an entry of an unknown kind");
   }
 }
 
@@ -140,6 +140,11 @@ std::vector<JournalEntry> read_journal(std::string_view bytes) {
   std::vector<JournalEntry> entries;
   for (ByteReader in(bytes); in.left() > 0;) entries.push_back(get_entry(in));
   return entries;
+}
+
+std::string damaged_journal(std::uint64_t job, const std::string& damage) {
+  return "the journal of job " + std::to_string(job) + " is damaged (" + damage +
+         "): submit the scene again for a new journal";
 }
 
 }  // namespace parray::coordinator

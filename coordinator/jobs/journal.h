@@ -47,7 +47,8 @@ struct JournalMerge {
   double seconds = 0;        ///< tracing time that the worker reported
   std::uint64_t digest = 0;  ///< XXH3-64 of the packed cells; 0: they were not packed
 };
-/// The results of these cells were wrong. They count as not traced.
+/// The results of these cells were removed. They are all cells of the pixels of which a faulty
+/// machine had traced a cell, including cells that other machines traced. They count as not traced.
 struct JournalRetraction {
   std::uint32_t pass = 0;
   double at = 0;
@@ -81,5 +82,9 @@ class Journal {
 
 /// Decodes a journal. Throws DecodeError.
 std::vector<JournalEntry> read_journal(std::string_view bytes);
+
+/// Returns the message for a user whose job has a damaged journal. `damage`: what the DecodeError
+/// of read_journal() or work_map() says.
+std::string damaged_journal(std::uint64_t job, const std::string& damage);
 
 }  // namespace parray::coordinator

@@ -25,7 +25,7 @@ class Mapper {
   void take(const JournalPass& /*entry*/) {}
   void take(const JournalGrid& e) {
     if (e.shape.width != map_.width || e.shape.height != map_.height) {
-      throw DecodeError("journal: a pass of another picture");
+      throw DecodeError("a pass of another picture");
     }
     grids_.insert_or_assign(e.pass, CellGrid(e.shape));
   }
@@ -34,7 +34,7 @@ class Mapper {
     const auto worker = workers_.find(e.tracer);
     if (grid == grids_.end()) return;
     if (worker == workers_.end() || e.range.end > grid->second.cells()) {
-      throw DecodeError("journal: a lease of an unknown worker, or with cells that its pass lacks");
+      throw DecodeError("a lease of an unknown worker, or with cells that its pass lacks");
     }
     const std::vector<Cell> cells = grid->second.cells_of(e.range);
     double samples = 0;

@@ -13,12 +13,12 @@ LeaseTable::LeaseTable(const ChunkSizer& sizer, const std::vector<CellRange>& pe
 }
 
 void LeaseTable::add_pending(const CellRange& range) {
-  pending_cells_ += range.count();
   auto next = pending_.upper_bound(range.begin);
   if ((next != pending_.end() && next->first < range.end) ||
       (next != pending_.begin() && std::prev(next)->second > range.begin)) {
     throw std::logic_error("LeaseTable: these cells are pending already");
   }
+  pending_cells_ += range.count();
   CellRange merged = range;
   if (next != pending_.end() && next->first == range.end) {
     merged.end = next->second;

@@ -120,7 +120,8 @@ void Farm::note_history() {
   watch.note_gauges(now, gauges);
 }
 
-std::string Farm::why_no_worker(const std::string& name) const {
+std::string Farm::why_no_worker(const std::string& name) {
+  watch.forget_old(now);
   const auto found = std::ranges::find(watch.left(), name, &LeftWorker::name);
   const std::string what = "no worker '" + printable(name) + "' is connected";
   return found == watch.left().end()

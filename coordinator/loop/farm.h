@@ -76,8 +76,9 @@ struct Farm {
   void note_begun(Job& job);
   /// Notes the state of the farm if ten seconds have passed.
   void note_history();
-  /// Returns why no worker of this name is connected, as an error message.
-  [[nodiscard]] std::string why_no_worker(const std::string& name) const;
+  /// Returns why no worker of this name is connected, as an error message. It says when the worker
+  /// left, if that was within the last hour.
+  [[nodiscard]] std::string why_no_worker(const std::string& name);
 
   /// Finds a job by its number. Null: none has it.
   Job* job_of(JobId id);

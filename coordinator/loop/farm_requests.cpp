@@ -36,7 +36,7 @@ struct JobSurvey {
   JobCounts all;
   std::map<std::string_view, JobCounts> users;
   double thread_seconds_left = 0;
-  double oldest_queued = -1;  ///< seconds since 1970; negative: no job is queued
+  double oldest_queued = -1;  ///< seconds since 1970; negative: no job waits for a first lease
 };
 
 JobSurvey survey_jobs(const Farm& farm, Time now) {

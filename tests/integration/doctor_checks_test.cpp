@@ -266,6 +266,14 @@ TEST_CASE("a value is found under its key, the first of several") {
   CHECK(value_of(none, "model name").empty());
 }
 
+TEST_CASE("little memory is a warning, and unknown memory is no finding") {
+  constexpr std::uint64_t total = std::uint64_t{8} << 30;
+  CHECK(check_memory(total / 2, total).status == CheckStatus::ok);
+  CHECK(check_memory(1, total).status == CheckStatus::warning);
+  CHECK(check_memory(0, total).status == CheckStatus::skipped);
+  CHECK(check_memory(0, 0).status == CheckStatus::skipped);
+}
+
 TEST_CASE("a container's small shared memory is a warning with a remedy") {
   const std::uint64_t needed = window_bytes();
   CHECK(needed > 64 << 20);

@@ -103,6 +103,18 @@ class Kinds(FrameCase):
             self.assertEqual(self.written(frame), self.rendered("alone", alone))
 
 
+    def test_another_width_in_print_is_another_series(self):
+        write(self.directory / "scene-1.json", scene())
+        with Farm() as farm:
+            farm.start_worker("a")
+            for millimetres, width in ((2, 24), (4, 47)):
+                result = farm.client("submit", self.directory / "scene-#.json", "--frames", "1-1", "--spp", "1",
+                                     "--width-mm", str(millimetres), "--wait", *self.outputs())
+                self.assertEqual(result.returncode, 0, result.stderr)
+                report = json.loads((self.directory / "out-0001.json").read_text())
+                self.assertEqual(report["width"], width)
+
+
 class Troubles(FrameCase):
     def test_a_client_killed_in_the_middle_goes_on_when_run_again(self):
         for frame in range(6):

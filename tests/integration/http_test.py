@@ -93,6 +93,8 @@ class Jobs(WebCase):
             widths = farm.get(f"/jobs/{job}/error.f32")
             self.assertEqual((len(widths.body), widths.headers["Parray-Partial"]), (200 * 100 * 4, "1"))
             self.assertGreater(max(struct.unpack("<20000f", widths.body)), 0)
+            cost = farm.get(f"/jobs/{job}/cost.f32")
+            self.assertEqual((cost.headers["Parray-Partial"], cost.headers["Parray-Samples"]), ("1", None))
             self.assertEqual(farm.get(f"/jobs/{job}/error.png").body[1:4], b"PNG")
             farm.ask("POST", f"/api/v1/jobs/{job}/pause")
             worker.terminate()

@@ -41,6 +41,10 @@ msg::ImageData partial(Service& service, JobId id, bool statistics = false) {
   return service.ask<msg::ImageData>(msg::Fetch{++requests, id, true, statistics});
 }
 
+double oldest_queued_seconds(Service& service) {
+  return service.ask<msg::Farm>(msg::ShowFarm{1}).farm.at("oldest_queued_seconds");
+}
+
 }  // namespace
 
 TEST_CASE("the curve of the error has a point for each pass, and survives a restart") {
@@ -210,6 +214,45 @@ TEST_CASE("the history says when the coordinator was started again, and a cancel
   CHECK(history(service, id) == std::vector<std::string>{"submitted", "started",
                                                          "the coordinator was started again",
                                                          "continued", "cancelled by a client"});
+}
+
+TEST_CASE("the wait of a job that was queued again begins then, also after a restart") {
+  double clock = 1e9;
+  CoordinatorOptions options = service_options();
+  options.wall_clock = [&clock] { return clock; };
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(options, &store);
+  const JobId id = service.submit(small_scene(), many_leases());
+  service.steer(id, msg::JobAction::cancel);
+  clock += 86400;
+  service.steer(id, msg::JobAction::requeue);
+  service.turn();
+  clock += 60;
+  service.restart();
+  service.turn();
+  CHECK(oldest_queued_seconds(service) == doctest::Approx(60));
+}
+
+TEST_CASE("after a restart, a resumed job that had leases does not wait for its first one") {
+  double clock = 1e9;
+  CoordinatorOptions options = service_options();
+  options.wall_clock = [&clock] { return clock; };
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(options, &store);
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), many_leases());
+  work(service, {{&hand, honest}}, id, 2);
+  service.steer(id, msg::JobAction::pause);
+  service.restart();
+  service.steer(id, msg::JobAction::resume);
+  service.turn();
+  clock += 60;
+  service.restart();
+  service.turn();
+  CHECK(service.state(id) == "queued");
+  CHECK(oldest_queued_seconds(service) == 0);
 }
 
 }  // namespace parray::test

@@ -78,7 +78,7 @@ std::vector<Check> doctor_checks(bool extremes) {
   const auto scratch = std::make_shared<std::optional<OwnedPath>>();
   std::vector<Check> checks = {
       {"processor", check_processor},
-      {"memory", check_memory},
+      {"memory", [] { return check_memory(); }},
       {"temporary directory", [scratch] { return check_temporary_directory(*scratch); }},
       {"current directory", [] { return check_current_directory("."); }},
       {"shared memory", [] { return check_shared_memory(); }},

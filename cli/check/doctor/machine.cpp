@@ -73,10 +73,9 @@ CheckResult check_processor() {
   return found;
 }
 
-CheckResult check_memory() {
-  const std::uint64_t total = std::min(memory_bytes("MemTotal"), usable_memory());
-  const std::uint64_t available = std::min(memory_bytes("MemAvailable"), total);
+CheckResult check_memory(std::uint64_t available, std::uint64_t total) {
   if (total == 0) return skipped("the system does not report its memory", "");
+  if (available == 0) return skipped("the system does not report its available memory", "");
   const std::string text = bytes_text(available) + " available of " + bytes_text(total);
   constexpr std::uint64_t enough = std::uint64_t{256} << 20;  // a few million spheres
   CheckResult found = available >= enough
@@ -84,6 +83,11 @@ CheckResult check_memory() {
                           : warned(text, "end other programs before rendering large scenes");
   found.facts = {{"total_bytes", total}, {"available_bytes", available}};
   return found;
+}
+
+CheckResult check_memory() {
+  const std::uint64_t total = std::min(memory_bytes("MemTotal"), usable_memory());
+  return check_memory(std::min(memory_bytes("MemAvailable"), total), total);
 }
 
 CheckResult check_temporary_directory(std::optional<OwnedPath>& scratch) {

@@ -13,8 +13,9 @@ namespace parray::doctor {
 
 /// Reports model, CPUs and instruction sets. Always passes.
 CheckResult check_processor();
-/// Warns if less than 256 MiB of memory are available. Skipped if the system does not report its
-/// total memory.
+/// Warns if less than 256 MiB of memory are available. Skipped if a number is 0: unknown.
+CheckResult check_memory(std::uint64_t available, std::uint64_t total);
+/// Does the same for the memory of this system.
 CheckResult check_memory();
 
 /// Makes the directory for files of later checks, in the system's directory for temporary files

@@ -1,13 +1,11 @@
 #include <doctest/doctest.h>
 
-#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "common/base/error.h"
@@ -17,16 +15,17 @@
 #include "coordinator/http/loop_client.h"
 #include "coordinator/http/router.h"
 #include "coordinator/http/upload_reader.h"
-#include "coordinator/http/webhooks.h"
 #include "proto/merged_link.h"
 #include "proto/tokens.h"
 #include "tests/support/rooms.h"
-#include "tests/support/service.h"
+#include "tests/support/running_loop.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray::http {
 namespace {
 
+using test::RunningLoop;
+using test::submit_to;
 using Head = std::map<std::string, std::string>;
 
 Request request(const std::string& method, const std::string& path, const Head& head = {}) {
@@ -276,71 +275,6 @@ TEST_CASE("messages of the child name options by JSON pointers, but only options
   CHECK(said("a.json:7: /camera: wrong") == "a.json:7: /camera: wrong");
 }
 
-TEST_CASE("the URL of a webhook has a scheme, a host, a port and a path") {
-  const auto url = webhook_url("https://hooks.example:8443/a/b?c=d#e");
-  REQUIRE(url);
-  CHECK(url->secure);
-  CHECK(url->host == "hooks.example");
-  CHECK(url->port == 8443);
-  CHECK(url->path == "/a/b?c=d");
-  CHECK(url->authority == "hooks.example:8443");
-  CHECK(webhook_url("http://h")->path == "/");
-  CHECK(webhook_url("http://h?x")->path == "/?x");
-  for (const char* bad : {"",
-                          "h/p",
-                          "ftp://h/",
-                          "http://",
-                          "http:///p",
-                          "http://u@h/",
-                          "http://h:0/",
-                          "http://h:99999/",
-                          "http://h:/",
-                          "http://h:8x/",
-                          "http://h/ p",
-                          "http://h/\np",
-                          "http://[::1/",
-                          "http://[]/",
-                          "http://[::1]8000/",
-                          "http://[::1]:/",
-                          "http://[h]/",
-                          "http://[127.0.0.1]/",
-                          "http://[fe80::1%eth0]/",
-                          "http://::1/"}) {
-    CHECK_MESSAGE(!webhook_url(bad), bad);
-  }
-}
-
-TEST_CASE("the host of a webhook's URL may be an IPv6 address in brackets") {
-  const auto url = webhook_url("http://[2001:db8::a1]:8000/x");
-  REQUIRE(url);
-  CHECK(url->authority == "[2001:db8::a1]:8000");
-  CHECK(url->host == "2001:db8::a1");
-  CHECK(url->port == 8000);
-  CHECK(url->path == "/x");
-  CHECK(webhook_url("https://[::1]")->port == 443);
-}
-
-/// A coordinator's loop that runs in its own thread.
-class RunningLoop {
- public:
-  explicit RunningLoop(const CoordinatorOptions& options = test::service_options())
-      : coordinator_(options, nullptr, std::make_shared<spdlog::logger>("silent")), thread_([this] {
-          const SteadyClock clock;
-          run_actor(coordinator_, hub_.coordinator(), clock, [this](Time) { return stop_.load(); });
-        }) {}
-  ~RunningLoop() {
-    stop_ = true;
-    thread_.join();
-  }
-  InprocHub& hub() { return hub_; }
-
- private:
-  InprocHub hub_;
-  Coordinator coordinator_;
-  std::atomic<bool> stop_ = false;
-  std::thread thread_;
-};
-
 TEST_CASE("the loop answers requests in order, and its error messages are kept") {
   RunningLoop loop;
   LoopClient client(loop.hub());
@@ -357,6 +291,13 @@ TEST_CASE("the loop answers requests in order, and its error messages are kept")
   CHECK(status_of([&] { client.ask<msg::Jobs>({}, msg::ListJobs{}); }) == 503);
 }
 
+TEST_CASE("a request waits longer for its answer if the loop may have to read a file") {
+  CHECK(waits_for_disk<msg::Fetch>);
+  CHECK(waits_for_disk<msg::FetchScene>);
+  CHECK(waits_for_disk<msg::FetchJournal>);
+  CHECK_FALSE(waits_for_disk<msg::ShowJob>);
+}
+
 /// Returns the next events of a stream; empty: none came within a minute, or the stream has ended.
 std::string next_events(BodyStream& stream) {
   constexpr int most_comments = 12;  // one comes every five seconds
@@ -366,16 +307,6 @@ std::string next_events(BodyStream& stream) {
     if (*text != ":\n\n") return *text;
   }
   return {};
-}
-
-/// Submits a small scene, and returns the job's number.
-JobId submit_to(LoopClient& client, const std::string& token) {
-  msg::Submit submit;
-  submit.token = token;
-  submit.name = "scene";
-  submit.settings = test::small_settings(test::small_scene());
-  submit.scene = ScenePayload(std::make_shared<const Scene>(test::small_scene()));
-  return client.ask<msg::Submitted>({}, std::move(submit)).job;
 }
 
 TEST_CASE("an event stream begins with all unfinished jobs, however many there are") {
@@ -443,44 +374,6 @@ TEST_CASE("a merged link reads both links by turns, and sends each its own answe
   CHECK_FALSE(worker->receive());
   CHECK(joined.send(outer, Message(msg::HeartbeatAck{})));
   CHECK(worker->receive());
-}
-
-TEST_CASE("a pending webhook is dropped if the next process does not permit its host") {
-  const test::TemporaryDirectory directory;
-  const auto file = directory.path() / "webhooks";
-  std::ofstream(file) << "7 http://h/x\n8 http://g/x\n";
-  RunningLoop loop;
-  LoopClient client(loop.hub());
-  client.stop();  // so that no webhook is sent
-  Webhooks(client, {"g"}, file).add(9, "http://g/y");
-  std::ifstream in(file);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  CHECK(text == "8 http://g/x\n9 http://g/y\n");
-}
-
-TEST_CASE("webhooks permit listed hosts only, and pending ones outlive the process") {
-  // Without an answer of the coordinator no POST is sent, and the file keeps the webhook.
-  const test::TemporaryDirectory directory;
-  const auto file = directory.path() / "webhooks";
-  RunningLoop loop;
-  LoopClient client(loop.hub());
-  std::atomic<int> posts = 0;
-  const auto post = [&](const WebhookUrl&, const std::string&) {
-    ++posts;
-    return false;
-  };
-  {
-    Webhooks hooks(client, {"h"}, file, post);
-    CHECK(status_of([&] { hooks.check("http://other/x"); }) == 422);
-    CHECK(status_of([&] { hooks.check("http://h/x"); }) == 200);
-    client.stop();  // the loop does not answer
-    hooks.add(7, "http://h/x");
-  }
-  std::ifstream in(file);
-  std::string line;
-  CHECK(std::getline(in, line));
-  CHECK(line == "7 http://h/x");
-  CHECK(posts == 0);
 }
 
 }  // namespace

@@ -80,6 +80,17 @@ TEST_CASE("a journal that is cut or damaged is refused") {
   CHECK_THROWS_AS(read_journal(bytes + "x"), DecodeError);
 }
 
+TEST_CASE("the message about a damaged journal names the job and the damage") {
+  try {
+    read_journal(std::string(4, '\x09'));
+    FAIL("the journal was accepted");
+  } catch (const DecodeError& error) {
+    CHECK(damaged_journal(7, error.what()) ==
+          "the journal of job 7 is damaged (an entry of an unknown kind): submit the scene again "
+          "for a new journal");
+  }
+}
+
 TEST_CASE("the work map shows the seconds of each pixel and the worker that traced it last") {
   Entries entries = whole();
   CHECK(work_map(entries, 10, 20).tracer ==

@@ -96,6 +96,18 @@ TEST_CASE("a worker that disappears is lost, one that says goodbye has left") {
   CHECK(farm_map(rig).at("left").size() == 1);
 }
 
+TEST_CASE("a message about a worker that left does not mention it after an hour") {
+  FarmRig rig;
+  rig.join("a", "one");
+  rig.workers.lose_worker(rig.farm.now, "a", "silent for too long", true);
+  rig.farm.now += seconds(3600);
+  CHECK(rig.farm.why_no_worker("one") ==
+        "no worker 'one' is connected: it was lost 3600 s ago (silent for too long)");
+  rig.farm.now += seconds(1);
+  CHECK(rig.farm.why_no_worker("one") ==
+        "no worker 'one' is connected: parray workers lists those that are");
+}
+
 TEST_CASE("drains, readmissions and ends of jobs are events") {
   FarmRig rig;
   rig.join("a", "one");
