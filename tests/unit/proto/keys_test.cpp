@@ -135,6 +135,10 @@ TEST_CASE("a damaged or missing list keeps its last valid content") {
   CHECK_THROWS_AS(AllowList{farm.keys}, InputError);
   fs::remove(farm.keys / "allowed");
   CHECK(list.find(seconds(4), worker));
+  fs::create_directory(farm.keys / "allowed");  // can be opened, but not read
+  CHECK(list.find(seconds(5), worker));
+  CHECK_THROWS_AS(AllowList{farm.keys}, InputError);
+  fs::remove(farm.keys / "allowed");
   write(farm.keys / "allowed", "# nobody\n");
   CHECK_FALSE(list.find(seconds(6), worker));
 }
