@@ -1,12 +1,13 @@
 #include "proto/tokens.h"
 
-#include <cstdio>
+#include <algorithm>
 #include <fstream>
 #include <random>
 #include <span>
 #include <sstream>
 
 #include "common/base/error.h"
+#include "common/base/files.h"
 #include "common/base/sha256.h"
 
 namespace parray::proto {
@@ -22,12 +23,20 @@ std::string digest_of(const std::string& token) {
   return sha256_hex(std::as_bytes(std::span(token)));
 }
 
+/// Returns no tokens if the file is missing. A link that leads nowhere is not missing.
 Tokens read_tokens(const fs::path& directory) {
+  const fs::path file = directory / "tokens";
   refuse_if_others_can_write(directory);
-  refuse_if_others_can_write(directory / "tokens");
+  refuse_if_others_can_write(file);
+  std::error_code ignored;
+  if (fs::symlink_status(file, ignored).type() == fs::file_type::not_found) return {};
+  const std::optional<std::string> text = read_file(file);
+  if (!text) {
+    throw InputError(file.string() + " cannot be read: check its owner and its permissions");
+  }
   Tokens tokens;
-  std::ifstream in(directory / "tokens");
-  for (std::string line; std::getline(in, line);) {
+  std::istringstream lines(*text);
+  for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string name;
     std::string digest;
@@ -110,7 +119,8 @@ std::optional<Sender> TokenList::find(Time now, const std::string& token) {
     try {
       tokens_ = read_tokens(directory_);
     } catch (const InputError&) {
-      // Others can write the file. Its last valid content counts until the file is repaired.
+      // The file cannot be read, or others can write it. Its last valid content counts until the
+      // file is repaired.
     }
   }
   const std::string digest = digest_of(token);

@@ -16,23 +16,25 @@ namespace parray::proto {
 
 /// Returns a new token for the user `name` and writes its hash to DIR/tokens, in place of an older
 /// one. The token itself is not stored and cannot be read again. Throws InputError unless
-/// DIR/allowed has `name` as a client or an administrator, or if others can write the lists. Throws
-/// RunError if DIR/tokens cannot be written.
+/// DIR/allowed has `name` as a client or an administrator, if others can write the lists, or if
+/// DIR/tokens exists and cannot be read. Throws RunError if DIR/tokens cannot be written.
 std::string make_token(const std::filesystem::path& directory, const std::string& name);
 
 /// Removes the token of the user `name`. Does nothing if the user has none. Throws InputError if
-/// others can write DIR or DIR/tokens, RunError if DIR/tokens cannot be written.
+/// others can write DIR or DIR/tokens, or if DIR/tokens exists and cannot be read. Throws RunError
+/// if DIR/tokens cannot be written.
 void remove_token(const std::filesystem::path& directory, const std::string& name);
 
 /// Checks DIR/allowed and DIR/tokens. Throws InputError if DIR/allowed cannot be read or has a
-/// wrong line, or if others can write one of the two files or DIR. (Without this check, a running
-/// coordinator would silently continue with the last valid content that it has read.)
+/// wrong line, if DIR/tokens exists and cannot be read, or if others can write one of the two files
+/// or DIR. (Without this check, a running coordinator would silently continue with the last valid
+/// content that it has read.)
 void check_key_lists(const std::filesystem::path& directory);
 
 /// The content of DIR/tokens and DIR/allowed. A lookup reads them again if the last reading is a
 /// second old. A user who is removed from DIR/allowed has no token either. While others can write a
-/// file, or DIR/allowed is unusable, the content that was read before counts. If DIR/tokens is
-/// missing or cannot be read, there are no tokens. Not thread-safe.
+/// file, DIR/allowed is unusable, or DIR/tokens cannot be read, the content that was read before
+/// counts. If DIR/tokens is missing, there are no tokens. Not thread-safe.
 class TokenList {
  public:
   /// Throws InputError as check_key_lists() does.

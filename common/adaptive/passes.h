@@ -91,8 +91,10 @@ struct Affordable {
 /// for at most half of the remaining time at the speed of the previous one; rounding up to whole
 /// samples per pixel may exceed the half. No pass follows that would be too small to matter.
 ///
-/// A pass adds exactly that many samples (see Placement::counts()). So settings.passes from a
-/// report repeats the picture if `adaptive` and the kind of target are the same.
+/// A pass adds exactly that many samples, with one exception: if its size or counts of pixels are
+/// odd, an adaptive pass may add one more or one fewer (see Placement::counts()). The sizes of the
+/// passes determine the counts of all pixels. So settings.passes from a report repeats the picture
+/// if `adaptive` and the kind of target are the same.
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, const Affordable& affordable = {},
                         const PictureJudge& judge = {});

@@ -51,6 +51,7 @@ class Placement {
   [[nodiscard]] double total_for(double share);
   /// Returns the number of samples of each pixel after a pass of `samples` more, over all pixels;
   /// no pixel has fewer than before. If all pixels get the same number, the total is rounded up.
+  /// Otherwise it is that of SampleShares::counts_of().
   [[nodiscard]] std::vector<std::uint32_t> counts(std::uint64_t samples);
   /// Returns the samples per pixel before and after the pass if all pixels have the same number
   /// both times; otherwise zeros.

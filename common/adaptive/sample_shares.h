@@ -21,7 +21,8 @@ class SampleShares {
 
   /// Returns the counts after all pixels together have `total` samples. If `total` and the present
   /// counts are even, so are the new counts, and their sum is exactly `total` unless
-  /// limits::max_samples_per_pixel prevents it. If all weights are 0, no pixel gets samples.
+  /// limits::max_samples_per_pixel prevents it. Otherwise the sum may differ from `total` by 1,
+  /// because it is rounded to whole pairs of samples. If all weights are 0, no pixel gets samples.
   [[nodiscard]] std::vector<std::uint32_t> counts_of(double total) const;
   /// Returns the samples, over all pixels, at a level.
   [[nodiscard]] double total_at(double level) const;

@@ -1,15 +1,21 @@
 #include "common/base/files.h"
 
+#include <array>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <system_error>
 
 namespace parray::base {
 
 std::optional<std::string> read_file(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  std::string bytes;
+  constexpr std::streamsize block_size = 1 << 14;
+  std::array<char, block_size> block{};
+  // read() catches the exceptions of the stream's buffer. An iterator would pass them on.
+  while (in.read(block.data(), block_size) || in.gcount() > 0) {
+    bytes.append(block.data(), static_cast<std::size_t>(in.gcount()));
+  }
   return in.is_open() && !in.bad() && !std::filesystem::is_directory(path)
              ? std::optional(std::move(bytes))
              : std::nullopt;

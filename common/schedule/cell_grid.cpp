@@ -36,8 +36,10 @@ void check_shape(const GridShape& s) {
     check(within(lattice.step, limits::max_image_side) && lattice.x < lattice.step &&
               lattice.y < lattice.step && lattice.pixels(s.width, s.height) > 0,
           "stages");
-    check(i == 0 || s.stages[i - 1].lattice != lattice || s.stages[i - 1].end <= stage.begin,
-          "stages");
+    for (std::size_t before = 0; before < i; ++before) {
+      const Stage& earlier = s.stages[before];
+      check(earlier.lattice != lattice || earlier.end <= stage.begin, "stages");
+    }
   }
 }
 

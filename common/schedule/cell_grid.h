@@ -72,8 +72,7 @@ struct GridShape {
 class CellGrid {
  public:
   /// Throws InputError if a number is out of its range, or if the grid would have 2^40 cells or
-  /// more. Does not check that stages of different lattices share no pixel. Compares the sample
-  /// ranges of a lattice only if its stages follow each other directly.
+  /// more. Does not check that stages of different lattices share no pixel.
   explicit CellGrid(GridShape shape);
 
   [[nodiscard]] const GridShape& shape() const { return shape_; }

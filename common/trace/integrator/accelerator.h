@@ -32,7 +32,8 @@ class Accelerator {
   [[nodiscard]] const Sky& sky() const { return sky_; }
   /// Returns the origin of all positions: scene_origin() of the scene, its camera included.
   [[nodiscard]] const Vec3d& origin() const { return origin_; }
-  /// Returns the bytes of memory of the search structure, including positions and radii.
+  /// Returns the bytes of memory of the search structure and of all shapes: positions, radii and
+  /// indices of materials.
   [[nodiscard]] virtual std::size_t bytes() const = 0;
 
  protected:

@@ -115,7 +115,12 @@ class ScalarAccelerator final : public Accelerator {
         scene_{{}, {}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
         search_(fill(scene)) {}
 
-  [[nodiscard]] std::size_t bytes() const override { return search_.bytes(); }
+  /// Includes the shapes that paths look up; the search has its own copy of the spheres.
+  [[nodiscard]] std::size_t bytes() const override {
+    return search_.bytes() + scene_.spheres.size() * sizeof(SphereShape<Real>) +
+           scene_.capsules.size() * sizeof(CapsuleShape<Real>) +
+           scene_.material_of.size() * sizeof(std::uint32_t);
+  }
 
  private:
   [[nodiscard]] std::unique_ptr<PathTracer> tracer(std::shared_ptr<const Accelerator> self,
@@ -139,6 +144,9 @@ class ScalarAccelerator final : public Accelerator {
 
   /// Returns the spheres from which the search is built.
   const std::vector<SphereShape<Real>>& fill(const Scene& scene) {
+    scene_.spheres.reserve(scene.spheres.size());  // so that bytes() counts all of their memory
+    scene_.capsules.reserve(scene.capsules.size());
+    scene_.material_of.reserve(scene.spheres.size() + scene.capsules.size());
     add_shapes<Store>(scene, origin(), scene_);
     return scene_.spheres;
   }

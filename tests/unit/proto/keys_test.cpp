@@ -135,8 +135,36 @@ TEST_CASE("a damaged or missing list keeps its last valid content") {
   CHECK_THROWS_AS(AllowList{farm.keys}, InputError);
   fs::remove(farm.keys / "allowed");
   CHECK(list.find(seconds(4), worker));
+  fs::create_directory(farm.keys / "allowed");  // can be opened, but not read
+  CHECK(list.find(seconds(5), worker));
+  CHECK_THROWS_AS(AllowList{farm.keys}, InputError);
+  fs::remove(farm.keys / "allowed");
   write(farm.keys / "allowed", "# nobody\n");
   CHECK_FALSE(list.find(seconds(6), worker));
+}
+
+TEST_CASE("a list of tokens that cannot be read is not replaced, and keeps its last content") {
+  const Farm farm;
+  const fs::path file = farm.keys / "tokens";
+  const std::string token = make_token(farm.keys, "admin");
+  TokenList tokens(farm.keys);
+  fs::rename(file, farm.keys / "kept");
+  fs::create_symlink("tokens", file);  // a loop, which not even root can read
+  for (const bool is_loop : {true, false}) {
+    const auto refusal = [&] {
+      return message_of<InputError>([&] { static_cast<void>(make_token(farm.keys, "admin")); });
+    };
+    CHECK(refusal() == file.string() + " cannot be read: check its owner and its permissions");
+    CHECK_THROWS_AS(remove_token(farm.keys, "admin"), InputError);
+    CHECK_THROWS_AS(check_key_lists(farm.keys), InputError);
+    CHECK(fs::is_symlink(file) == is_loop);
+    CHECK(tokens.find(seconds(is_loop ? 2 : 4), token));
+    fs::remove(file);
+    if (is_loop) fs::create_directory(file);
+  }
+  CHECK_FALSE(tokens.find(seconds(6), token));  // a missing list has no tokens
+  fs::rename(farm.keys / "kept", file);
+  CHECK(tokens.find(seconds(8), token));
 }
 
 TEST_CASE("invalid key files are refused with the name of the file") {

@@ -137,6 +137,25 @@ TEST_CASE("passes: adaptive ones take no samples away, grow by pairs and spend w
   }
 }
 
+TEST_CASE("passes: from odd counts, adaptive ones add the promised samples but for one") {
+  for (const std::uint32_t side : {5U, 6U, 9U}) {
+    RenderSettings settings = sized(side, side, 1000);
+    settings.adaptive = true;
+    settings.target_half_width = 1e-9;
+    GrowingPicture picture(settings, 1);
+    TwoHalves halves{side};
+    picture.make_up(std::vector<std::uint32_t>(std::size_t{side} * side, 37), halves);
+    NoiseWeights found;
+    for (std::uint64_t samples = 1; samples < 200; ++samples) {
+      CAPTURE(samples);
+      const auto until = Placement(picture.state(), settings, &found).counts(samples);
+      CHECK(*std::min_element(until.begin(), until.end()) >= 37);
+      CHECK(sum(until) <= picture.samples() + samples + 1);
+      CHECK(sum(until) >= picture.samples() + samples - 1);
+    }
+  }
+}
+
 TEST_CASE("passes: adaptive ones follow the deviation, or the variance for equal half-widths") {
   for (const bool half_widths : {false, true}) {
     RenderSettings settings = sized(64, 32, 1000);

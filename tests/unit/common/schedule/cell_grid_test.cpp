@@ -1,6 +1,8 @@
 #include <doctest/doctest.h>
 
+#include "common/base/error.h"
 #include "tests/support/dice.h"
+#include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 
@@ -30,6 +32,21 @@ TEST_CASE("the cells of a range are those of its numbers, across bands, layers a
       REQUIRE(cells[cell - range.begin] == grid.cell(cell));
     }
   }
+}
+
+TEST_CASE("stages of a lattice have ascending samples, also with another lattice between them") {
+  GridShape shape;
+  shape.width = shape.height = 8;
+  const Lattice even{0, 0, 2};
+  const Lattice odd{1, 1, 2};
+  const auto refused = [&shape](const std::vector<Stage>& stages) {
+    shape.stages = stages;
+    return test::message_of<InputError>([&shape] { const CellGrid grid(shape); }) != "no error";
+  };
+  CHECK_FALSE(refused({{0, 4, even}, {0, 4, odd}, {4, 6, even}}));
+  CHECK(refused({{0, 4, even}, {0, 4, odd}, {3, 6, even}}));
+  CHECK(refused({{4, 6, even}, {0, 4, odd}, {0, 4, even}}));
+  CHECK(refused({{0, 4, even}, {3, 6, even}}));
 }
 
 }  // namespace parray

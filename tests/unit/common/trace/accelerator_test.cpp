@@ -6,8 +6,10 @@
 
 #include "common/math/float_mode.h"
 #include "common/scene/settings.h"
+#include "common/trace/integrator/scene_parts.h"
 #include "common/trace/integrator/start_shapes.h"
 #include "common/trace/isa.h"
+#include "common/trace/reference/octree.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/lane_search.h"
@@ -145,6 +147,23 @@ TEST_CASE("an accelerator says what it was made for, and which settings it serve
       CHECK_FALSE(serves(*accelerator, settings));
     }
   }
+}
+
+TEST_CASE("the memory of an octree includes capsules, and the spheres that its paths look up") {
+  const auto beside_search = [](const Scene& of) {
+    const auto accelerator =
+        make_accelerator(of, Precision::f32, AcceleratorKind::octree, Isa::automatic);
+    std::vector<SphereShape<float>> spheres;
+    for (const Sphere& sphere : of.spheres) {
+      spheres.push_back(stored_shape<float>(sphere, accelerator->origin()));
+    }
+    return accelerator->bytes() - Octree<float>(spheres).bytes();
+  };
+  Scene scene = crowd();
+  const std::size_t of_spheres = scene.spheres.size() * sizeof(SphereShape<float>);
+  CHECK(beside_search(scene) >= of_spheres);
+  scene.capsules.assign(1000, Capsule{{1, 0, 0}, {2, 0, 0}, 0.1, 0});
+  CHECK(beside_search(scene) >= of_spheres + 1000 * sizeof(CapsuleShape<float>));
 }
 
 /// Spheres whose surface the lens's rim nearly touches, as they are stored: a path that begins in
