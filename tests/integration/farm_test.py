@@ -25,7 +25,7 @@ def size(spp):
 
 
 SIZE = size(150)
-LONG_SPP = 1000  # about two seconds of a core
+LONG_SPP = 700  # more than a second of a core
 LONG = size(LONG_SPP)  # long enough to be interrupted
 ENDLESS = size(1000000)
 

@@ -30,9 +30,9 @@ def size(width, height, spp):
 
 
 SIZE = size(100, 75, 40)
-LONG_CORE_SECONDS = 2.2  # several commits, on two cores, before it is done
+LONG_CORE_SECONDS = 1.7  # several commits, on two cores, before it is done
 MANY_PASSES = 5
-PASS_CORE_SECONDS = 0.25
+PASS_CORE_SECONDS = 0.2
 SOME_ROWS = 20_000  # bytes of a log with more than its first entries
 # In passes, decided by what the passes before have found.
 TO_AN_ERROR = (*size(100, 75, 2000), "--target-error", 0.012)
@@ -260,7 +260,7 @@ class Passes(DisturbedJobs):
         cls.expected_passes = render_report(*cls.passes)
 
     def test_a_job_stops_when_its_time_is_over_and_can_be_repeated(self):
-        limit = 1
+        limit = 0.4
         with MpiRun(2, SCENE, *size(100, 75, 1_000_000), "--adaptive", "on", "--time-limit", limit,
                     "--threads", 1) as job:
             report = job.finish()
