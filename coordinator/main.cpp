@@ -232,7 +232,8 @@ void declare_options(CommandLine& line, Arguments& a) {
                "also serves a page for browsers and an interface for programs");
   line.example(
       "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state /var/lib/parray",
-      "also serves other machines, with the keys that parray keygen farm has made");
+      "also serves other machines that have keys; parray keygen farm makes the keys in the "
+      "directory farm");
   line.example(
       "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state /var/lib/parray "
       "--standby 'tcp://*:7401'",

@@ -42,7 +42,8 @@ void declare_options(CommandLine& line, Arguments& a) {
       .environment("PARRAY_COORDINATOR")
       .show_default();
   line.option("--keys", a.keys,
-              "Key of this worker (worker.key), or its directory, if the coordinator needs one")
+              "File with the key of this worker, if the coordinator requires keys. In a directory, "
+              "ParRay uses worker.key")
       .type_name("FILE")
       .completes(Completes::files)
       .environment("PARRAY_KEYS");

@@ -20,8 +20,8 @@ void FarmOptions::add_to(Command& command) {
       .show_default();
   command
       .option("--keys", keys_,
-              "Your key, NAME.key, if the coordinator requires one; or the directory of the farm's "
-              "keys, for its admin.key")
+              "File with your key, such as ann.key, if the coordinator requires keys. In a "
+              "directory, ParRay uses admin.key")
       .type_name("FILE")
       .completes(Completes::files)
       .group(farm_group)

@@ -346,8 +346,8 @@ void add_frames_to(Command& command, FilmCommand& options) {
       .group(film_group);
   command
       .flag("--moving-noise", options.moving_noise,
-            "Give each frame other noise. By default all frames have the same seed, so what does "
-            "not change does not flicker")
+            "Give each frame its own noise, like the grain of a film. By default all frames have "
+            "the same seed, so what does not change hardly flickers")
       .group(film_group)
       .special();
 }

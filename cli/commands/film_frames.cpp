@@ -29,7 +29,8 @@ std::string range_up_to(std::uint64_t last, const FrameRange& range) {
 void check(const FilmCourse& course) {
   if (course.turntable != 0 && !course.camera_path.empty()) {
     throw InputError(
-        "--turntable and --camera-path exclude each other: write the turn into the camera path");
+        "--turntable and --camera-path exclude each other: leave --turntable out, and turn the "
+        "cameras of the path");
   }
   if (course.count && course.frames) {
     throw InputError("--count and --frames exclude each other: leave one of them out");

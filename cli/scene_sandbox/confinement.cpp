@@ -252,12 +252,13 @@ void enclose_process(const Enclosure& enclosure) {
   static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));  // write() then fails with an error
   if (setrlimit(RLIMIT_FSIZE, &size) != 0) {
     throw RunError(
-        "the server cannot confine the process that reads scenes: its limit of file sizes is too "
-        "low: start it with ulimit -H -f unlimited");
+        "the coordinator cannot confine the process that reads scenes: the coordinator's limit of "
+        "file sizes is too low: start it with ulimit -H -f unlimited");
   }
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) {
     throw RunError(
-        "the server cannot confine the process that reads scenes: use Linux 3.5 or later");
+        "the coordinator cannot confine the process that reads scenes: run the coordinator on "
+        "Linux 3.5 or later");
   }
   restrict_files(enclosure.directory);
   restrict_calls();

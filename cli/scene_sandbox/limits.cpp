@@ -45,9 +45,9 @@ void confine(const ChildResources& resources, std::uint64_t file_bytes) {
 
 void keep_bytes(const std::filesystem::path& file, std::string_view bytes) {
   if (!write_file(file, bytes)) {
-    throw RunError("the server cannot write the temporary file " + file.filename().string() +
-                   ": its disk may be full: make room below --state or, without --state, below "
-                   "TMPDIR");
+    throw RunError("the coordinator cannot write the temporary file " + file.filename().string() +
+                   ", perhaps because the disk is full: make room on the disk of --state or, "
+                   "without --state, of TMPDIR");
   }
 }
 

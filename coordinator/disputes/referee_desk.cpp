@@ -166,7 +166,8 @@ void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
   if (entry->content.memory > memory_left) {
     fail(now, entry,
          "the scene needs about " + gigabytes(entry->content.memory) +
-             " of memory, and --memory leaves " + gigabytes(memory_left) + ": raise --memory");
+             " of memory, and the coordinator's --memory leaves " + gigabytes(memory_left) +
+             ": raise --memory");
     return;
   }
   entry->asked = first_run(entry->content.cells, entry->content.cells_at_once);
@@ -253,7 +254,7 @@ std::string RefereeDesk::hold(Time now, std::uint64_t generation) const {
   for (const Entry& entry : entries_) {
     if (entry.content.generation != generation || !entry.content.dispute) continue;
     ++open;
-    if (!referee_) return two + "this coordinator has no referee to decide which is right";
+    if (!referee_) return two + "this coordinator has no referee to decide which bits are right";
     if (!entry.trouble.empty()) {
       return two + "the referee cannot trace them again: " + entry.trouble;
     }

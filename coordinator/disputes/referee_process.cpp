@@ -46,7 +46,8 @@ class RefereeProcess::Child {
     std::array<int, 2> ends{};
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
       throw RunError("cannot make a socket to start parray-referee: " +
-                     std::generic_category().message(errno) + ": raise ulimit -n");
+                     std::generic_category().message(errno) +
+                     ": raise ulimit -n of the coordinator");
     }
     socket_ = ends[0];
     try {

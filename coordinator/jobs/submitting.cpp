@@ -89,12 +89,13 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     if (needed > farm_.options.memory) {
       throw InputError("the picture and its scene need " + megabytes(needed) +
                        " of memory, and this coordinator has " + megabytes(farm_.options.memory) +
-                       ": raise --memory, or submit fewer pixels or shapes");
+                       ": raise the coordinator's --memory, or submit fewer pixels or shapes");
     }
     if (farm_.store == nullptr &&
         !(fits_beside_scenes(needed, m.scene.size()) && make_room(m.scene.size()))) {
       throw NoRoom("this coordinator's memory, " + megabytes(farm_.options.memory) +
-                   ", is full of waiting scenes: wait, raise --memory, or store them with --state");
+                   ", is full of waiting scenes: wait, raise the coordinator's --memory, or start "
+                   "it with --state");
     }
     accepted->ticket = farm_.scenes_waiting.admit(peer, m.scene.size());
     if (!accepted->ticket) {

@@ -44,11 +44,13 @@ std::string lacking_worker(const WorkerRegistry& workers) {
   if (workers.usable() > 0) return {};
   const bool held_back =
       std::ranges::any_of(workers, [](const auto& w) { return w.second.held_back; });
-  return workers.size() == 0     ? "a worker (none is connected)"
-         : workers.all_drained() ? "a worker (all are drained: parray workers readmit NAME)"
-         : held_back ? "a worker (all failed at leases that others traced, or are drained or in "
-                       "quarantine: parray workers)"
-                     : "a worker (all are drained or in quarantine: parray workers)";
+  return workers.size() == 0 ? "a worker (none is connected)"
+         : workers.all_drained()
+             ? "a worker (all are drained: readmit one with parray workers readmit NAME)"
+         : held_back
+             ? "a worker (all failed at leases that others traced, or are drained or in "
+               "quarantine: see parray workers)"
+             : "a worker (all are drained or in quarantine: see parray workers, then readmit one)";
 }
 
 void add_wait(json& summary, const JobBook::Wait& wait) {
@@ -85,9 +87,9 @@ JobBook::Wait JobBook::general_wait(const Job& job) {
   if (!worker.empty()) return {worker};
   const std::uint64_t needed = job.phase == JobPhase::waiting ? memory_of(job) : 0;
   if (needed > farm_.options.memory) {
-    return {
-        fmt::format("a coordinator with more memory: it needs {:.3f} GiB, and --memory is {:.3f}",
-                    gibibytes(needed), gibibytes(farm_.options.memory))};
+    return {fmt::format(
+        "a coordinator with more memory: the job needs {:.3f} GiB, and --memory is {:.3f}",
+        gibibytes(needed), gibibytes(farm_.options.memory))};
   }
   if (needed > 0 && means().memory + needed > farm_.options.memory) {
     const auto largest = std::ranges::max_element(

@@ -207,11 +207,12 @@ void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, cons
   const bool fits = job_book_.make_room(needed);
   const BulkLedger::Ticket memory = fits ? farm_.log_pictures.admit(peer, needed) : nullptr;
   if (!memory) {
-    farm_.send(peer, msg::Error{m.request, 2,
-                                fits ? "another picture is being read from its log: try again"
-                                     : "the coordinator's memory is full of other pictures: try "
-                                       "again when a job has ended, or raise --memory",
-                                true});
+    farm_.send(peer,
+               msg::Error{m.request, 2,
+                          fits ? "another picture is being read from its log: try again"
+                               : "the coordinator's memory is full of other pictures: try again "
+                                 "when a job has ended, or raise the coordinator's --memory",
+                          true});
     return;
   }
   const std::string doing = fmt::format("reading the results of job {}", m.job);

@@ -80,7 +80,8 @@ void refuse_target(const StateFiles& from, const fs::path& target) {
   const fs::path inside = fs::weakly_canonical(target, error)
                               .lexically_relative(fs::weakly_canonical(from.directory(), error));
   if (!inside.empty() && *inside.begin() != "..") {
-    throw InputError(target.string() + " lies in the state itself: name a directory outside");
+    throw InputError(target.string() +
+                     " is inside the directory of the state: name a directory outside it");
   }
   if (fs::exists(target, error) && !fs::is_empty(target, error)) {
     throw InputError(target.string() + " is not empty: name a new directory for the copy");

@@ -99,7 +99,7 @@ TEST_CASE("impossible sums are not merged, and their sender is faulty") {
   CHECK(contains(service.worker("faulty").at("reason"), "sums"));
   CHECK(service.job(job).at("progress") == 0);
   CHECK(service.job(job).at("waits_for") ==
-        "a worker (all are drained or in quarantine: parray workers)");
+        "a worker (all are drained or in quarantine: see parray workers, then readmit one)");
   Hand ann(service, "ann");
   work(service, {{&ann, honest}, {&faulty, lying}}, job);
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));

@@ -108,7 +108,7 @@ class Damage(unittest.TestCase):
             for inside in self.state / "copy", self.state / "jobs" / "copy":
                 refused = coordinator("--backup", self.state, inside)
                 self.assertEqual(refused.returncode, 2)
-                self.assertIn("lies in the state itself", refused.stderr)
+                self.assertIn("is inside the directory of the state", refused.stderr)
                 self.assertFalse(inside.exists())
 
     def test_a_backup_that_was_not_finished_is_named_until_it_is_repaired(self):

@@ -89,9 +89,9 @@ CheckResult check_libraries() {
 CheckResult check_pictures(const std::filesystem::path& directory) {
   const bool exr = reads_back(directory / "trial.exr", extreme_image());
   const bool png = reads_back(directory / "trial.png", byte_image());
-  if (exr && png) return passed("EXR and PNG files have the same values after reading back");
+  if (exr && png) return passed("EXR and PNG files contain the values that were written");
   return failed(std::string(exr ? "" : "EXR") + (exr || png ? "" : " and ") + (png ? "" : "PNG") +
-                    " files have other values after reading back",
+                    " files contain other values than were written",
                 std::string("reinstall ") + (exr ? "" : "OpenEXR (Debian: libopenexr-3-1-30)") +
                     (exr || png ? "" : " and ") + (png ? "" : "libpng (Debian: libpng16-16)"));
 }
@@ -114,10 +114,9 @@ CheckResult check_state(const std::filesystem::path& directory) {
   DiskStore store(place);
   return store.scene(digest) == bytes
              ? passed("committed data is there after closing and opening")
-             : failed(
-                   "committed data is missing after closing and opening",
-                   "TMPDIR is on a disk that loses committed data: if --state is on the same disk, "
-                   "move the state to a local disk, because SQLite needs working locks and syncs");
+             : failed("committed data is missing after closing and opening",
+                      "if the state of a coordinator is on the file system of TMPDIR, move it to a "
+                      "local disk: SQLite needs working locks and syncs");
 }
 
 }  // namespace parray::doctor

@@ -65,7 +65,9 @@ class CifReader : public CifVisitor {
       item_ = is_wanted(name) ? std::move(name) : "";
       return;
     }
-    if (tags_.size() == max_tags) place_.fail("a loop has more than 1000 columns: remove some");
+    if (tags_.size() == max_tags) {
+      place_.fail("a loop has more than 1000 columns: remove columns and their values");
+    }
     tags_.push_back(std::move(name));
   }
 

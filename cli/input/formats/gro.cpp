@@ -84,8 +84,8 @@ std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& p
   std::array<double, all> v{};
   if (words.size() != 3 && words.size() < all) {
     place.fail(std::to_string(words.size()) +
-               " numbers describe the box, but 3 or 9 are needed: check the number of atoms and "
-               "that the file is complete");
+               " numbers describe the box, but 3 or 9 are needed: check the number of atoms in the "
+               "frame's second line, and that the file is complete");
   }
   for (std::size_t i = 0; i < std::min(words.size(), all); ++i) {
     v[i] = angstrom_per_nm * number_field(words[i], "the box", place);
@@ -150,7 +150,9 @@ class GroFrames final : public FramesOf<ParticleInput> {
       return angstrom_per_nm * number_field(number(i), name, input_.place());
     };
     if (line.size() <= numbers_start + 2 * width) {
-      input_.fail("the line ends before the z of an atom: check the number of atoms");
+      input_.fail(
+          "the line ends before the z of an atom: check the number of atoms in the frame's second "
+          "line");
     }
     Atom atom;
     atom.residue_number = residue_number_in(field_at(line, 0, 5)).value_or(0);

@@ -51,7 +51,9 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
   std::vector<std::string_view> words;
   split_at_blanks(line, words);
   if (words.size() < 4 || is_number(words[3])) {  // a number: the line is a bond
-    place.fail("the line needs x, y, z and a symbol: check the number of atoms");
+    place.fail(
+        "the line needs x, y, z and a symbol: check the number of atoms in the molecule's fourth "
+        "line");
   }
   return {position_field(words, 0, place), words[3],
           words.size() > 5 ? charge_of_code(words[5]) : 0};
@@ -164,7 +166,9 @@ class SdfFrames final : public FramesOf<ParticleInput> {
       constexpr std::size_t least = 7;  // M V30 index type x y z
       next_extended();
       if (words_.size() < least) {
-        input_.fail("the line is not a valid atom of V3000: check the number of atoms");
+        input_.fail(
+            "the line is no 'M  V30 INDEX TYPE X Y Z ...': correct it, or the number of atoms in "
+            "the line 'M  V30 COUNTS'");
       }
       add(position_field(words_, 4, input_.place()), words_[3], extended_charge(), atoms);
       numbers.add(parsed<std::int64_t>(words_[2]));
@@ -173,7 +177,9 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     for (std::uint64_t i = 0; i < bonds_; ++i) {
       next_extended();
       if (words_.size() < 6) {  // M V30 index type atom atom
-        input_.fail("the line is not a valid bond of V3000: check the number of bonds");
+        input_.fail(
+            "the line is no 'M  V30 INDEX TYPE ATOM ATOM': correct it, or the number of bonds in "
+            "the line 'M  V30 COUNTS'");
       }
       atoms.bond(numbers.bond(words_[4], words_[5], input_.place()));
     }

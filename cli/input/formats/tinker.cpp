@@ -97,7 +97,8 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
   void add_atom(AtomColumns& atoms) const {
     if (words_.size() <= type_column) {
       input_.fail(
-          "the line needs number, name, x, y, z and type of an atom: check the number of atoms");
+          "the line needs number, name, x, y, z and type of an atom: check the number of atoms in "
+          "the frame's first line");
     }
     Atom atom;
     atom.name = words_[1];

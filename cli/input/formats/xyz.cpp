@@ -292,7 +292,8 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   void go_to_count() {
     at_count_ = input_.next_filled_line();
     if (!at_count_ || natural_in(trimmed(input_.line()))) return;
-    input_.fail("text follows the last particle: check the number of particles in the frame");
+    input_.fail(
+        "text follows the last particle: check the number of particles in the frame's first line");
   }
 
   bool at_count_ = false;  // true: at the count of the next frame

@@ -80,12 +80,13 @@ TEST_CASE("GRO: missing and invalid numbers are refused with their line") {
   CHECK(files.message("a.gro", "title\nmany\n") ==
         "a.gro:2: 'many' is not a number of particles: write a whole number");
   CHECK(files.message("a.gro", "title\n1\n    1SOL     OW    1   0.126   1.624   1.679\n1 1\n") ==
-        "a.gro:4: 2 numbers describe the box, but 3 or 9 are needed: check the number of atoms and "
-        "that the file is complete");
+        "a.gro:4: 2 numbers describe the box, but 3 or 9 are needed: check the number of atoms in "
+        "the frame's second line, and that the file is complete");
   CHECK(files.message(
             "a.gro",
             "title\n2\n    1SOL     OW    1   0.126   1.624   1.679\n   1.0   1.0   1.0\n") ==
-        "a.gro:4: the line ends before the z of an atom: check the number of atoms");
+        "a.gro:4: the line ends before the z of an atom: check the number of atoms in the frame's "
+        "second line");
 }
 
 }  // namespace parray

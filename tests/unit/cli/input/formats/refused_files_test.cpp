@@ -299,7 +299,8 @@ TEST_CASE("XYZ: invalid frames are refused") {
       {"too few atoms", "a.xyz", "3\n\nC 0 0 0\n",
        "a.xyz:3: the file ends after 1 of 3 particles: check that the file is complete"},
       {"too many atoms", "a.xyz", "1\n\nC 0 0 0\nC 0 0 0\n",
-       "a.xyz:4: text follows the last particle: check the number of particles in the frame"},
+       "a.xyz:4: text follows the last particle: check the number of particles in the frame's "
+       "first line"},
       {"too few columns", "a.xyz", "1\n\nC 0 0\n",
        "a.xyz:3: 3 columns, but 4 are needed: write a name and three coordinates, or correct the "
        "number of particles"},

@@ -70,7 +70,8 @@ TEST_CASE("SDF: incomplete and damaged molecules are refused with their line") {
   CHECK(files.message("a.sdf", head + "1.0 nan 0.0 C\n") ==
         "a.sdf:5: y 'nan' is not a finite number: write a number such as 0.5 or 1e3");
   CHECK(files.message("a.sdf", head + "    1.0000    0.0000    0.0000 C   0  0\n  1  2  2  0\n") ==
-        "a.sdf:6: the line needs x, y, z and a symbol: check the number of atoms");
+        "a.sdf:6: the line needs x, y, z and a symbol: check the number of atoms in the molecule's "
+        "fourth line");
 }
 
 }  // namespace parray

@@ -63,7 +63,7 @@ TEST_CASE("Tinker: incomplete files are refused with their line") {
         "a.xyz:4: the file ends after 3 of 4 atoms: check that the file is complete");
   CHECK(files.message("a.xyz", "3 a\n1 C 0.0 0.0 0.0 1\n2 C 0.0 0.0 0.0 1\n3 C\n") ==
         "a.xyz:4: the line needs number, name, x, y, z and type of an atom: check the number of "
-        "atoms");
+        "atoms in the frame's first line");
 }
 
 TEST_CASE("XYZ files are not taken for Tinker's") {
