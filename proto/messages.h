@@ -19,9 +19,10 @@
 
 /// The messages of PROTOCOL.md, as structs. PROTOCOL.md describes ranges, answers and meaning.
 ///
-/// In all messages, `request` is a number that the answer repeats, `job` and `epoch` name a lease,
-/// and `scene` of type std::string is the SHA-256 of the scene's bytes. Real numbers of time are
-/// seconds. Maps (nlohmann::json) are those of PROTOCOL.md, such as a job map.
+/// In all messages, `request` is a number that the answer repeats, `job` is the number of a job,
+/// `job` and `epoch` together name a lease, and `scene` of type std::string is the SHA-256 of the
+/// scene's bytes. Real numbers of time are seconds. Maps (nlohmann::json) are those of PROTOCOL.md,
+/// such as a job map.
 namespace parray::proto {
 
 inline constexpr std::uint32_t protocol_version = 6;
@@ -43,7 +44,7 @@ struct Hello {
   std::uint32_t capacity = 2;  ///< number of leases that it wants at a time
   std::uint32_t trace = trace_version;
   std::string fingerprint;       ///< trace_fingerprint() of the worker's build
-  std::string host{};            ///< host name; workers of one host share scenes first
+  std::string host{};            ///< host name; workers get scenes preferably from their own host
   std::uint32_t share_port = 0;  ///< port for requests of scene chunks; 0: none
   std::string share_key{};       ///< CURVE key of that port
   // Facts for people. Older workers do not send them: then they are empty or 0.
@@ -65,6 +66,7 @@ struct Heartbeat {
   double load = -1;  ///< load average of the machine over the last minute; negative: not known
 };
 struct HeartbeatAck {};
+/// Asks a worker that the coordinator does not know for a new `hello`.
 struct Identify {};
 struct Grant {
   std::uint64_t job = 0;
@@ -101,10 +103,12 @@ struct Chunk {
   bool packed = false;  ///< see pack_chunk()
   Bulk content{};
 };
+/// The source does not have the chunk yet, and will send it without another request.
 struct ChunkLater {
   std::string scene;
   std::uint32_t chunk = 0;
 };
+/// The source cannot send the scene, because it does not have it or has too many requests.
 struct NoScene {
   std::string scene;
 };
@@ -126,6 +130,9 @@ struct Failed {
   std::uint64_t epoch = 0;
   std::string reason;
 };
+/// `duplicate`: same bits as an earlier result. `stale`: the lease has ended, or the result is
+/// damaged. `mismatch`: the result differs from an earlier one for the same cells, so it is
+/// disputed.
 enum class Verdict : std::uint8_t { accepted, duplicate, stale, mismatch };
 struct ResultVerdict {
   std::uint64_t job = 0;
@@ -142,7 +149,7 @@ struct Bye {
 
 struct Submit : JobHead {
   std::uint64_t request = 0;
-  std::string token;
+  std::string token;  ///< new for every job of a user; a repeated submit makes no second job
   ScenePayload scene;
   std::string user;  ///< ignored if keys identify the user
 };
@@ -152,7 +159,8 @@ struct Submitted {
 };
 /// Maximum number of jobs or workers in a list.
 inline constexpr std::uint32_t most_listed = 1000;
-/// What a list of jobs is sorted by. Equal jobs: the newest first.
+/// What a list of jobs is sorted by; `taken`: the seconds taken so far. Equal jobs: the newest
+/// first.
 enum class JobSort : std::uint8_t {
   id,
   name,
@@ -164,7 +172,7 @@ enum class JobSort : std::uint8_t {
   taken,
   progress
 };
-/// `newest`: the newest jobs by number, the oldest of them first, whatever JobSort says.
+/// `newest`: the jobs with the highest numbers, in ascending order, whatever JobSort says.
 enum class JobOrder : std::uint8_t { newest, ascending, descending };
 struct ListJobs {
   std::uint64_t request = 0;
@@ -192,6 +200,7 @@ struct Job {
   std::uint64_t request = 0;
   nlohmann::json job;
 };
+/// `requeue`: continue a failed or cancelled job. `forget`: delete a job that has ended.
 enum class JobAction : std::uint8_t { pause, resume, cancel, requeue, forget, prioritise };
 struct SteerJob {
   std::uint64_t request = 0;
@@ -221,7 +230,9 @@ struct Fetch {
   std::uint64_t job = 0;
   bool partial = false;     ///< accepts the picture of a job that is not done
   bool statistics = false;  ///< asks for sample counts and half-widths, too
-  bool replicates = false;  ///< of a done job: statistics and, if there are any, both halves, too
+  /// Only for a done job, otherwise without effect: asks for statistics and, if there are any, both
+  /// halves, too.
+  bool replicates = false;
 };
 struct ImageData {
   std::uint64_t request = 0;
@@ -335,8 +346,9 @@ class ProtocolError : public std::runtime_error {
 /// Encodes a message. Never fails for values within the ranges of PROTOCOL.md.
 Frames encode(const Message& message);
 
-/// Decodes a message and checks every bound and range. Reads only the version of a `hello` of
-/// another protocol version. Throws ProtocolError, and no other exception, for malformed frames.
+/// Decodes a message and checks every bound and range. If a `hello` has another protocol version,
+/// reads only that version and leaves the other fields at their defaults. Throws ProtocolError, and
+/// no other exception, for malformed frames.
 Message decode(const Frames& frames);
 
 /// The words of the encoded messages, in the order of the enumerations.

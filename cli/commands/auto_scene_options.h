@@ -18,16 +18,17 @@ class ParticleOptions;
 /// Returns all words that --view accepts: names of views and of axes.
 std::vector<std::string> view_words();
 
-/// View, style, camera and background of an automatic scene. Part of RenderOptions.
+/// View, style, camera and background of an automatic scene. RenderOptions has such options, and so
+/// does the command convert.
 class AutoSceneOptions {
  public:
-  /// Declares the options. The object must not move while the command line is parsed. --style also
-  /// sets the style of `particles`.
+  /// Declares all options except --background. The object must not move while the command line is
+  /// parsed. --style also sets the style of `particles`.
   void add_to(Command& command, ParticleOptions& particles);
   /// Declares --background, for commands that make pictures.
   void add_background_to(Command& command);
   /// Call for a scene that is not a particle file. Throws InputError if any of the options is
-  /// given. `file`: the scene's name in the message.
+  /// given, --background included. `file`: the scene's name in the message.
   void check_unused(const std::string& file) const;
   /// Returns how the options show a scene. Throws InputError if options exclude each other.
   [[nodiscard]] Viewing viewing() const;
@@ -38,11 +39,11 @@ class AutoSceneOptions {
   [[nodiscard]] bool has_view() const { return view_.has_value(); }
   /// Sets the view, as --view does.
   void look_from(View view) { view_ = view; }
-  /// Parses a word of view_words(). If it is an axis, viewing() does not allow --up. Throws
-  /// InputError for another word.
+  /// Parses a word of view_words(), but does not set the view. If the word is an axis, viewing()
+  /// does not allow --up. Throws InputError for another word.
   View named_view(std::string_view name);
-  /// Keeps a reference to `wanted`, which viewing() reads: whether the picture must contain the
-  /// whole cell of the particles (the periodic box of a simulation).
+  /// Keeps a reference to `wanted`, which must outlive this object. viewing() reads there whether
+  /// the picture must contain the whole cell of the particles (the periodic box of a simulation).
   void frame_cell(const bool& wanted) { whole_cell_ = &wanted; }
   /// Sets a function that returns which places labels cover (Viewing::labels). The camera keeps the
   /// particles of the scene away from these places.
@@ -66,16 +67,16 @@ class AutoSceneOptions {
   const bool* whole_cell_ = nullptr;
 };
 
-/// Options for the picture of any scene. An option that is absent leaves the scene's value. Part of
-/// RenderOptions.
+/// The option --transparent, which applies to any scene. Part of RenderOptions.
 class ViewOptions {
  public:
   void add_to(Command& command);
 
-  /// Makes transparent() return this value, from a recipe, instead of the scene's.
+  /// Makes transparent() return the value of a recipe if the command line does not give the option.
   void follow(bool transparent) { followed_ = transparent; }
 
-  /// Returns whether the background is transparent. `of_scene`: the scene's value.
+  /// Returns whether the background is transparent: the value of the command line, else that of
+  /// follow(), else `of_scene`, the scene's value.
   [[nodiscard]] bool transparent(bool of_scene) const;
 
  private:

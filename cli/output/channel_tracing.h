@@ -17,7 +17,7 @@ inline constexpr std::uint32_t channel_samples = 16;
 
 /// Traces the extra channels `wanted` of the picture that `tracer` makes from `scene` with
 /// `settings`. Uses the camera rays and paths of the picture's own samples 0 .. channel_samples -
-/// 1, in its precision. Means are over these samples.
+/// 1, in the picture's precision. Means are over these samples.
 ///
 /// - depth, "Z": mean distance from the camera's plane along the direction of view, in the scene's
 ///   unit, over the samples that meet a shape. Infinite if no sample does.
@@ -38,16 +38,16 @@ Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands = {});
 
-/// Traces the same channels for some pixels only. Each run in `pixels` has one pixel. The values of
-/// each channel are in the order of the runs.
+/// Traces the same channels for some pixels only. Each run in `pixels` must have exactly one pixel.
+/// The values of each channel are in the order of the runs.
 Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted,
                         std::span<const PixelRun> pixels, int threads);
 
-/// Returns, for each pixel in image order, the samples that hit the background: their number and
-/// their radiance. Traces only camera rays. `samples` is the number of samples of each pixel in
-/// image order; empty: settings.samples_per_pixel. The result is the same for any number of
-/// `threads`, accelerator and instruction set. For `between_bands` see above.
+/// Returns, for each pixel in image order, the samples whose camera rays hit the background: their
+/// number and the sum of their radiance. Traces only camera rays. `samples` is the number of
+/// samples of each pixel in image order; empty: settings.samples_per_pixel. The result is the same
+/// for any number of `threads`, accelerator and instruction set. For `between_bands` see above.
 std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const RenderSettings& settings,
                                           std::span<const std::uint32_t> samples, int threads,
                                           const std::function<void()>& between_bands = {});

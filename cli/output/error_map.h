@@ -19,15 +19,15 @@ struct ErrorScale {
   double low = 1e-3;
   double high = 1;
 
-  /// Returns the place of a half-width on the logarithmic scale: 0 for `low` and smaller, 1 for
-  /// `high` and larger.
+  /// Returns the place of a known half-width on the logarithmic scale: 0 for `low` and smaller, 1
+  /// for `high` and larger.
   [[nodiscard]] double share_of(double half_width) const;
   /// Returns the half-width at a place from 0 to 1.
   [[nodiscard]] double at(double share) const;
 };
 
 /// Returns the largest 95 % half-width of each pixel's channels. -1: unknown, as for pixels with
-/// fewer than 2 samples. Always returns `pixels` values.
+/// fewer than 2 samples. Always returns `pixels` values; without statistics all are -1.
 std::vector<float> half_widths_of(const PictureStatistics& statistics, std::size_t pixels);
 
 /// Returns the scale from the first percentile to the largest of the known half-widths above 0,
@@ -54,7 +54,8 @@ constexpr double error_map_letters(std::uint32_t width) {
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale);
 
 /// Writes the map of a picture with statistics. The metadata contain the scale and the picture's
-/// image_sha256. Throws Interrupted and the errors of error_map() and write_image().
+/// image_sha256. Throws Interrupted if the user stops the program, and the errors of error_map()
+/// and write_image().
 void write_error_map(const std::filesystem::path& file, const Picture& picture);
 
 }  // namespace parray::output

@@ -13,12 +13,12 @@ namespace parray::output {
 struct DenoisedSoFar;
 struct OutputPaths;
 
-/// The extra channels of a picture. The client traces most of them from the scene; the farm does
-/// not know them. Without such channels, `scene` is null.
+/// The extra channels of a picture, and what else the client does with it. The client traces most
+/// channels from the scene; the farm does not know them.
 struct ExtraChannels {
   Aovs aovs;                           ///< channels that the file will contain
   Boxed<RenderSettings> settings;      ///< without automatic values
-  std::shared_ptr<const Scene> scene;  ///< null: no channel is traced
+  std::shared_ptr<const Scene> scene;  ///< null unless needs_scene()
   int threads = 1;                     ///< threads that trace and denoise
   /// Channels that postprocessing needs. They are traced like `aovs`, but no file contains them.
   Aovs for_postprocessing{};
@@ -35,15 +35,17 @@ struct ExtraChannels {
 /// the scene. `scene_id`: SHA-256 of the scene.
 std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id);
 
-/// Returns whether the outputs of a job contain anything that this process must trace from the
-/// scene.
+/// Returns whether the outputs of a job need the scene in this process: for traced channels, for
+/// denoising, or to remove the background.
 bool needs_scene(const OutputPaths& outputs, const RenderSettings& settings);
 
 /// Returns the extra channels of a job. `scene` may be null unless needs_scene(). Settings with
-/// replicates request denoising. `threads`: number of threads in this process.
+/// replicates, the input of the denoiser, mean that the picture will be denoised. `threads`: number
+/// of threads in this process.
 ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& settings,
                              std::shared_ptr<const Scene> scene, int threads);
-/// Returns the extra channels of a job whose scene this process does not have.
+/// Returns the extra channels of a job whose scene this process does not have. The caller must know
+/// that the outputs do not need it.
 ExtraChannels extra_channels(const OutputPaths& outputs);
 
 /// Returns whether the channels need the statistics of the picture.
@@ -53,13 +55,14 @@ bool wants_statistics(const Aovs& aovs);
 /// Without it, the picture could not be traced again.
 void add_sample_counts(Picture& picture);
 
-/// Adds the channels to the picture: traced ones and those from statistics. The report gets `aovs`,
-/// the names of the written channels, `channel_samples` and `seconds.aovs`. Before that, denoises
-/// the picture and removes the background if requested (cli/output/picture/transparency.h). After
-/// removal the image is premultiplied and channel A is alpha. Then the report gets
-/// `seconds.transparent` and `transparent`: `image_sha256` of the file's picture, and `covered`,
-/// the mean of alpha. Throws Interrupted (common/process/stop_signal.h), and RunError if the
-/// coordinator has not sent what denoising or the removal needs.
+/// First denoises the picture if requested, then removes the background if requested
+/// (cli/output/picture/transparency.h). After removal the image is premultiplied and channel A is
+/// alpha. The report then gets `seconds.transparent` and `transparent`: `image_sha256` of the
+/// premultiplied picture with alpha, and `covered`, the mean of alpha over all pixels. Last, adds
+/// the channels to the picture: traced ones and those from statistics. If there are any, the report
+/// gets `aovs`, the names of the written channels, `channel_samples` and `seconds.aovs`. Throws
+/// Interrupted (common/process/stop_signal.h), and RunError if the coordinator has not sent what
+/// denoising or the removal needs.
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray::output

@@ -25,8 +25,8 @@ class InsideLists {
   PARRAY_INLINE std::uint32_t shape(std::uint32_t link) const { return links_[link].shape; }
   /// Returns the link after `link`; `none` after the last one.
   PARRAY_INLINE std::uint32_t next(std::uint32_t link) const { return links_[link].next; }
-  /// Returns next() for lanes of links. No lane may be `none`; a lane that does not matter may be
-  /// 0. At least one list must have had a link.
+  /// Returns next() for each lane of a vector of links. No lane may be `none`; a lane that does not
+  /// matter may be 0. push() must have been called at least once, also if clear() came after it.
   template <typename Uint>
   PARRAY_INLINE Uint next(const Uint& link) const {
     static_assert(sizeof(Link) == 2 * sizeof(std::uint32_t));
@@ -55,7 +55,7 @@ class InsideLists {
     free_ = link;
     return head;
   }
-  /// Frees the links of a path that has ended.
+  /// Frees all links of the list `head` of a path that has ended. `head` may be `none`.
   PARRAY_INLINE void release(std::uint32_t head) {
     while (head != none) {
       const std::uint32_t after = links_[head].next;

@@ -8,8 +8,8 @@
 
 namespace parray::trace {
 
-/// Up to `Most` numbers without memory from the heap, for code that cannot allocate. Has the
-/// functions of std::vector that InsideStack calls.
+/// Up to `Most` numbers without memory from the heap, for code that cannot allocate. Has all
+/// functions of std::vector that InsideStack calls, except assign() for start(inside).
 template <std::uint32_t Most>
 class ShortList {
  public:
@@ -39,8 +39,8 @@ class ShortList {
   bool overflowed_ = false;
 };
 
-/// Tracks the side of every shape that a path is on: the shapes that the path is inside of, and
-/// the shape that it stands on.
+/// Tracks on which side of every shape a path is: the shapes that the path is inside of, and the
+/// shape on whose surface it stands.
 ///
 /// A path changes sides only where it crosses a surface: by refraction, or straight on inside one
 /// body of glass (see below). The sign of a computed distance never changes a side. So rounding can
@@ -49,14 +49,16 @@ class ShortList {
 ///
 /// Bodies (shapes) of the same glass (the same dielectric material) that overlap are one body: a
 /// path goes straight on through a surface that lies inside another body of its own material. Up to
-/// most_crossings such crossings in a row do not count towards max_depth; the next one does. So
-/// tracing ends even if thousands of bodies overlap. TraceCounts::rays counts all of them.
+/// most_crossings such crossings in a row do not count towards max_depth; the next one does, and a
+/// new row begins. So tracing ends even if thousands of bodies overlap. TraceCounts::rays counts
+/// all of them.
 ///
 /// `List` stores the shapes that a path is inside of: a vector, or a ShortList.
 template <typename Real, typename List = std::vector<std::uint32_t>>
 class InsideStack {
  public:
   /// Begins a path that stands on no surface. `inside` lists the shapes that contain its origin.
+  /// Not for a ShortList.
   void start(const std::vector<std::uint32_t>& inside) {
     inside_.assign(inside.begin(), inside.end());
     surface_ = no_shape;

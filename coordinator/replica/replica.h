@@ -17,16 +17,17 @@ namespace parray::replica {
 class Replica {
  public:
   /// `store` must outlive this object. `overwrite` (option --overwrite): accept a primary whose
-  /// state is older than that of the store. Throws InputError if the store has jobs and was never
-  /// replicated.
+  /// state is older than that of the store, and replace the store's content. Throws InputError if
+  /// the store has jobs and was never replicated.
   explicit Replica(Store& store, bool overwrite = false);
 
   /// Returns the reply; empty: the message was damaged, send nothing. A StorageFull of the store
-  /// becomes a reply. Throws the other errors of the store.
+  /// becomes a reply. Throws the other errors of the store, and RunError if the primary has sent
+  /// changes that cannot be read.
   std::string answer(std::string_view message);
 
-  /// Whether this process has compared the store with its primary, and the store has all of the
-  /// primary's batches.
+  /// Whether this process has compared the store with its primary, and the store has all batches
+  /// (changes of a commit) that the primary has sent.
   [[nodiscard]] bool in_step() const { return in_step_; }
   /// Whether the store has a complete copy, with which a coordinator can serve.
   [[nodiscard]] bool can_serve() const { return replication_ && is_whole(store_, *replication_); }
@@ -63,7 +64,8 @@ class Replica {
   std::string picture_;      ///< file with that picture
 };
 
-/// Returns the reply `fenced` to a request of an old primary; empty: the message was damaged.
+/// Returns the reply `fenced` to a request of an old primary, which must then stop serving.
+/// `generation`: that of the coordinator that serves now. Empty: the message was damaged.
 std::string fenced_answer(std::string_view message, std::uint64_t generation);
 
 }  // namespace parray::replica

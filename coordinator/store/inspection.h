@@ -11,12 +11,14 @@
 #include "coordinator/store/records.h"
 #include "coordinator/store/state_files.h"
 
-/// Compares the database of a state with the copies beside it (job_file.h).
+/// Compares the database of a state with the small files beside it, which are copies of its content
+/// (job_file.h).
 ///
 /// A commit writes `job.next`, then commits the database, and only then renames `job.next` to
 /// `job.json`. So after a crash `job.next` may be newer than the database, but `job.json` never is:
 /// a newer `job.json` proves that the database has lost commits. The file `commits` proves the
-/// same for commits that wrote no job.json.
+/// same for commits that wrote no job.json. A commit that drops a job renames `job.json` to
+/// `job.dropped` before it commits the database.
 namespace parray::store {
 
 /// The small files of one job.
@@ -29,12 +31,12 @@ struct FoundJob {
 
 /// The small files of a state.
 struct FoundFiles {
-  std::map<JobId, FoundJob> jobs{};  ///< those with a directory
+  std::map<JobId, FoundJob> jobs{};  ///< the jobs that have a directory
   std::optional<NotesFile> notes{};
   std::optional<NotesFile> notes_next{};
   bool has_commits = false;
   std::optional<std::uint64_t> commits{};  ///< content of `commits`; nothing: missing or damaged
-  bool incomplete = false;                 ///< a backup that was not finished
+  bool incomplete = false;  ///< the state is a backup that was not finished: it has a mark
 
   /// Returns whether the directory has no trace of a commit.
   [[nodiscard]] bool empty() const { return jobs.empty() && !has_commits && !notes; }
@@ -44,18 +46,20 @@ struct FoundFiles {
 inline constexpr std::string_view unfinished_copy =
     "this copy was not finished, and jobs may be missing from it: make the backup again";
 
-/// Reads all small files. Changes nothing. A coordinator may be writing at the same time: `next` is
-/// read before `json` and the number of commits last, so that no acknowledged commit is missed.
+/// Reads all small files. Changes nothing. Does not throw for damaged files. A coordinator may be
+/// writing at the same time, so the order of reading matters. `next` comes before `json`: if a
+/// commit renames `next` in between, `json` has its content. The number of commits comes last: it
+/// then counts every commit that was complete when its `next` was read.
 FoundFiles find_files(const StateFiles& files);
-FoundJob find_job(const StateFiles& files, JobId id);  ///< reads only those of one job
-FoundFiles find_notes(const StateFiles& files);        ///< reads only those outside jobs/
+FoundJob find_job(const StateFiles& files, JobId id);  ///< reads only the files of one job
+FoundFiles find_notes(const StateFiles& files);        ///< reads only the files outside jobs/
 
 /// The changes of small files that opening the state has to make.
 struct Upkeep {
   std::vector<JobId> finish{};          ///< rename job.next to job.json: its commit was completed
   std::vector<JobId> remove_next{};     ///< remove job.next: its commit was not completed
   std::vector<JobId> restore{};         ///< rename job.dropped to job.json: the job still exists
-  std::vector<JobId> remove_dropped{};  ///< remove the files of a dropped job
+  std::vector<JobId> remove_dropped{};  ///< remove job.dropped and the files that it names
   std::vector<JobId> rewrite{};         ///< write job.json again from the database
   bool finish_notes = false;            ///< rename notes.next to notes.json
   bool rewrite_notes = false;           ///< write notes.json again from the database
@@ -74,9 +78,9 @@ struct Comparison {
 /// Compares database and small files. File names in the lines are relative to the state.
 Comparison compare(const Records& records, const FoundFiles& found);
 
-/// Returns whether scene and `unfinished` of the row agree with its record.
+/// Returns whether `scene` and `unfinished` of the row agree with its record.
 bool row_matches_record(const JobRow& row);
-/// Sets scene and `unfinished` of the row from its record. Throws RunError for a damaged record.
+/// Sets `scene` and `unfinished` of the row from its record. Throws RunError for a damaged record.
 void complete_row(JobId id, JobRow& row);
 
 }  // namespace parray::store

@@ -78,7 +78,7 @@ StatedBond AtomNumbers::bond(std::string_view one, std::string_view other, const
     const auto found = number ? find(*number) : std::nullopt;
     if (found) return *found;
     place.fail("a bond has the atom '" + printable(text) +
-               "', but not exactly one atom has this number: check the numbers of the atoms");
+               "', but no atom, or more than one, has this number: check the numbers of the atoms");
   };
   const std::uint32_t first = atom(one);
   const std::uint32_t second = atom(other);

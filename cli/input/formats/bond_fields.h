@@ -12,7 +12,7 @@
 namespace parray::input {
 
 /// Parses the numbers of two bonded atoms, from 1 to `atoms`. The result counts atoms from 0.
-/// Throws InputError at `place` for other texts and for a bond of an atom to itself.
+/// Throws InputError at `place` for other numbers and texts, and for a bond of an atom to itself.
 StatedBond bond_field(std::string_view one, std::string_view other, std::uint64_t atoms,
                       const FilePlace& place);
 
@@ -25,14 +25,14 @@ ParticleNote unknown_bonds_note(std::uint64_t count);
 class AtomNumbers {
  public:
   /// Adds the number of the next atom; nothing: it has none. Atoms have the indices 0, 1, 2 ... in
-  /// the order of these calls.
+  /// the order of these calls. May follow find().
   void add(std::optional<std::int64_t> number);
   void clear() { *this = {}; }
   /// Returns the index of the atom with this number. Returns nothing if no atom has it, or several
   /// have it.
   [[nodiscard]] std::optional<std::uint32_t> find(std::int64_t number);
   /// Parses two numbers and returns the bond between the indices of their atoms. Throws InputError
-  /// at `place` for numbers that not exactly one atom has, and for a bond of an atom to itself.
+  /// at `place` if no atom or several atoms have a number, and for a bond of an atom to itself.
   StatedBond bond(std::string_view one, std::string_view other, const FilePlace& place);
 
  private:

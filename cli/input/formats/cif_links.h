@@ -39,7 +39,7 @@ class CifLinks {
 
   /// Adds bonds to the particles. `component` true: those of chem_comp_bond. False: covalent,
   /// disulfide and metal bonds of struct_conn whose ends have the same symmetry operation. A note
-  /// counts bonds whose two atoms are not both found exactly once.
+  /// counts the bonds that were left out, because an atom is missing or occurs several times.
   void finish(bool component, Particles& particles) const;
 
  private:

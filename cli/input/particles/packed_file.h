@@ -29,16 +29,17 @@ class FileStart {
   [[nodiscard]] bool has(std::string_view signature, std::size_t at = 0) const {
     return at <= bytes_.size() && bytes_.substr(at).starts_with(signature);
   }
-  /// Returns the four bytes at `at` as a little-endian number; 0 beyond the end.
+  /// Returns the four bytes at `at` as a little-endian number; 0 if any of them is beyond the end.
   [[nodiscard]] std::uint32_t little_endian(std::size_t at) const;
-  /// Returns the four bytes at `at` as a big-endian number; 0 beyond the end.
+  /// Returns the four bytes at `at` as a big-endian number; 0 if any of them is beyond the end.
   [[nodiscard]] std::uint32_t big_endian(std::size_t at) const;
 
   /// Returns whether the bytes contain no control characters except blanks, line ends and page
   /// breaks.
   [[nodiscard]] bool is_text() const { return is_text_; }
   /// Returns the complete lines of a text without line ends ("\n", "\r\n" or "\r") and without a
-  /// byte order mark. Returns none for binary data.
+  /// byte order mark. A last line without a line end is complete if whole(). Returns none for
+  /// binary data.
   [[nodiscard]] const std::vector<std::string_view>& lines() const { return lines_; }
   /// Returns whether a line equals `text` after removal of blanks at its ends.
   [[nodiscard]] bool has_line(std::string_view text) const;
@@ -75,7 +76,8 @@ class OpenFile {
 
 /// The bytes of a file. They can be read from front to back several times. Unpacks data of gzip,
 /// bzip2, xz and zstd, which it recognises by their first bytes, not by the name. A tar archive
-/// that contains one file, packed or not, counts as that file.
+/// that contains one file, packed or not, counts as that file. Other archives are not opened: no
+/// reader knows their format.
 class PackedFile {
  public:
   /// Opens a file. Copies files that can be read only once, such as pipes, to a temporary file
@@ -87,15 +89,16 @@ class PackedFile {
   PackedFile& operator=(PackedFile&&) = delete;
 
   /// Fills `to` with the next `bytes` bytes, fewer only at the end of the file. Returns their
-  /// number. Throws InputError for damaged or incomplete packed data, for a failing disk, and
-  /// beyond limits::max_scene_file_bytes unpacked bytes.
+  /// number. Throws InputError for damaged or incomplete packed data and for a failing disk. Throws
+  /// it also beyond limits::max_scene_file_bytes unpacked bytes since the front of the file.
   std::size_t read(char* to, std::size_t bytes);
   /// Skips `bytes` bytes. Returns false if the file ends before. Takes no time unless the data are
   /// packed or in an archive; then it throws as read() does.
   bool skip(std::uint64_t bytes);
   /// Returns to the front of the file.
   void rewind();
-  /// Returns how often the file has returned to its front.
+  /// Returns how often the file has returned to its front. A reader of frames notices by this
+  /// number that others have read the file meanwhile.
   [[nodiscard]] std::uint64_t rewinds() const { return rewinds_; }
 
   /// Returns the first `bytes` bytes or more; fewer only if the file is shorter. The reference is
@@ -128,7 +131,7 @@ class PackedFile {
   std::optional<std::uint64_t> size_;
   std::uint64_t position_ = 0;  // in the unpacked bytes
   std::uint64_t rewinds_ = 0;
-  std::uint64_t total_ = 0;  // bytes read since the front, without skipped bytes
+  std::uint64_t total_ = 0;  // bytes read or unpacked since the front
   std::string start_bytes_;
   std::optional<FileStart> start_;
 };

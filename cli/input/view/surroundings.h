@@ -31,7 +31,8 @@ struct Viewing {
   std::function<LabelPlaces(const SceneFile&)> labels{};
   /// Spheres and points of other frames that the picture includes, too. They do not determine the
   /// direction of view. If there are other spheres, the axis of the turntable goes through the
-  /// middle of these spheres, points and Subject::corners.
+  /// middle of the bounds of these spheres, points and Subject::corners. Otherwise it goes through
+  /// the middle of the particles.
   std::vector<Sphere> other_spheres{};
   std::vector<Vec3d> other_points{};
   /// True for films of a turntable: the picture includes these others, capsules and corners at
@@ -51,24 +52,27 @@ struct Subject {
   std::function<LabelPlaces(const Camera&)> labels{};
 };
 
-/// A sphere around the particles: a floor, a wall or a light blocker.
+/// A large sphere beside the group of particles: a floor, a wall or a light blocker.
 struct SceneryObject {
   std::string_view name;  ///< of the material: "ground", "wall" or "flag" (the light blocker)
   Material material;
   Sphere sphere{};  ///< `material` is not set
 };
 
-/// Returns the objects that `viewing` needs: the ground or the wall if there is one, then the light
-/// blocker unless the style is `flat`. The spheres have no position yet.
+/// Returns the objects that `viewing` needs. First comes the ground (style `studio`) or the wall
+/// (style `night`), unless the background is transparent. Then comes the light blocker, unless the
+/// style is `flat`, which has equal light from all sides. The spheres have no position yet.
 std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 
 /// Camera, light and scenery for a picture of spheres. The camera looks from the direction that
 /// viewpoint_of() chooses. A perspective camera has a vertical angle of view of 20 degrees, or
 /// less if the user zooms in. Every sphere and capsule is inside the picture and outside all
-/// labels, unless the user zooms in. The camera moves sideways for this and keeps its direction.
+/// labels, unless the user zooms in. The camera moves sideways and away from the spheres for this,
+/// and keeps its direction.
 ///
 /// - ground: a pale floor under the lowest sphere or capsule. For a view that does not look down on
-///   the floor, it is a pale wall behind the farthest sphere. It fills the background.
+///   the floor, the ground stands upright: a pale wall behind the farthest sphere. The ground fills
+///   the background.
 /// - wall: a dark wall behind all spheres. It fills the background. No shadow falls on it, because
 ///   it is too far away.
 /// - flag (the photographers' word for a light blocker): a black sphere outside the picture. It
@@ -78,9 +82,10 @@ struct Surroundings {
   Camera camera;  ///< a pinhole; a perspective one has tan_half_vfov
   Sky sky;
   std::vector<SceneryObject> scenery;  ///< the objects of scenery_of(), with positions
-  /// The axis on which camera and scenery turn around the spheres. It points along
-  /// Viewpoint::off_ground or, if that points to the viewer, upwards in the picture. If
-  /// Viewing::turns is set, a turn changes only which side of the spheres the picture shows.
+  /// The axis on which camera and scenery turn around the spheres. It points away
+  /// from the ground, along Viewpoint::off_ground. If that direction is towards the viewer, the
+  /// axis points upwards in the picture. If Viewing::turns is set, a turn changes only which side
+  /// of the spheres the picture shows.
   TurnAxis axis{};
 };
 
@@ -88,8 +93,9 @@ struct Surroundings {
 inline constexpr Material plain_material{MaterialType::diffuse, {0.35, 0.48, 0.65}, 0, 1};
 
 /// Returns the surroundings of `spheres`, which are not empty. `aspect` (> 0) is the width of the
-/// picture divided by its height. Scaling the spheres by a power of two scales the surroundings
-/// exactly, except for rounding at the ends of double's range.
+/// picture divided by its height. The result does not depend on the number of `threads`. Scaling
+/// the spheres by a power of two scales the surroundings exactly, except for rounding at the ends
+/// of double's range.
 ///
 /// Throws InputError, which names no file, if camera or scenery would lie beyond
 /// limits::max_length. Throws it also if the group is too far from the origin for the precision of

@@ -31,7 +31,7 @@ struct Box {
   }
 };
 
-/// The coverage of a part of a picture. Shapes outside that part are ignored.
+/// The coverage of a part of a picture. What lies outside that part is ignored.
 class Coverage {
  public:
   /// Makes an empty coverage of all pixels that `box` touches.
@@ -45,16 +45,18 @@ class Coverage {
 
   /// Returns the covered share, in [0, 1]. Returns 0 outside the part.
   [[nodiscard]] float at(int x, int y) const { return inside(x, y) ? values_[index(x, y)] : 0; }
-  /// Adds a share of a pixel. The sum is at most 1. So that sums are right, shapes must not
-  /// overlap.
+  /// Adds a share of a pixel. The sum is at most 1. Where two shapes overlap within a partly
+  /// covered pixel, their shares count twice.
   void add(int x, int y, float share);
 
-  /// Adds a rectangle, with fractions of pixels.
+  /// Adds the shares that a rectangle covers, as add() does for one pixel.
   void add(const Box& rectangle);
-  /// Adds a line with square ends, `width` pixels wide.
+  /// Adds a line, `width` pixels wide, that ends flat at `from` and `to`. Each pixel keeps the
+  /// larger of its share and the line's, so that lines may overlap. A line without length adds
+  /// nothing.
   void add_line(const Point& from, const Point& to, double width);
 
-  /// Returns the shapes grown by `radius` pixels on all sides.
+  /// Returns the shapes grown by `radius` pixels on all sides, cut off at the bounds of the part.
   [[nodiscard]] Coverage grown(double radius) const;
 
   /// Returns the covered area, in pixels.

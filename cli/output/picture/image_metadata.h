@@ -15,11 +15,12 @@ namespace parray::picture {
 /// A text, an integer or a real number.
 using MetadataValue = std::variant<std::string, std::uint64_t, double>;
 
-/// Names and values in an image file, in order. Names: letters, digits, '_' and ':', at most 79
-/// bytes (PNG's limit).
+/// Names and values in an image file, in order. A name that ParRay writes has letters, digits, '_'
+/// and ':', at most 79 bytes (PNG's limit). The caller of a writer ensures that. If a name occurs
+/// twice, the first value counts.
 using ImageMetadata = std::vector<std::pair<std::string, MetadataValue>>;
 
-/// Pixels per inch in print, a real number > 0.
+/// Name of the pixels per inch in print. The value is a real number > 0.
 inline constexpr const char* dpi_key = "parray:dpi";
 
 /// Returns the value as text. A number becomes the shortest decimal text that reads back as the

@@ -6,9 +6,10 @@
 
 namespace parray::picture {
 
-/// Returns a smaller copy of the picture with its proportions, `width` pixels wide, at least one
-/// pixel high. Each of its pixels is the mean of the linear values of the area that it covers.
-/// Returns a copy of a picture that is not wider than `width` (>= 1).
+/// Returns a smaller copy of the picture with its proportions, `width` (>= 1) pixels wide. The
+/// height is rounded to the nearest number of pixels, at least one. Each pixel is the mean of the
+/// linear values of the area that it covers. A picture that is not wider than `width` keeps its
+/// size.
 Image thumbnail(const Image& image, std::uint32_t width);
 
 }  // namespace parray::picture

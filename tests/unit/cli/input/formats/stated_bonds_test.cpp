@@ -234,8 +234,8 @@ TEST_CASE("SDF: bonds of V3000 use the numbers of the atoms") {
   CHECK(files.read("a.sdf", v3000("3 7")).bonds == Bonds{{0, 1}});
   CHECK(files.read("a.sdf", v3000("3 -\nM  V30 7")).bonds == Bonds{{0, 1}});
   CHECK(files.message("a.sdf", v3000("3 1")) ==
-        "a.sdf:12: a bond has the atom '1', but not exactly one atom has this number: check the "
-        "numbers of the atoms");
+        "a.sdf:12: a bond has the atom '1', but no atom, or more than one, has this number: check "
+        "the numbers of the atoms");
   CHECK(files.message("a.sdf", v3000("3 3")) ==
         "a.sdf:12: atom 3 bonds to itself: remove the bond");
 }
@@ -245,9 +245,10 @@ TEST_CASE("LAMMPS data: bonds use the numbers of the atoms, which may be in any 
   const Particles polymer = files.read("a.data", data_head + "1 1 10 20\n2 1 30 10\n");
   CHECK(polymer.bonds == Bonds{{0, 1}, {1, 2}});
   CHECK(polymer.all_bonds);
-  CHECK(files.message("a.data", data_head + "1 1 10 40\n2 1 30 10\n") ==
-        "a.data:19: a bond has the atom '40', but not exactly one atom has this number: check the "
-        "numbers of the atoms");
+  CHECK(
+      files.message("a.data", data_head + "1 1 10 40\n2 1 30 10\n") ==
+      "a.data:19: a bond has the atom '40', but no atom, or more than one, has this number: check "
+      "the numbers of the atoms");
   CHECK(files.message("a.data", data_head + "1 1 10 20\n") ==
         "a.data:19: the file has only 1 of 2 bonds: check that the file is complete");
 }
