@@ -30,9 +30,9 @@ RESULTS = """# The corpus: results
 **Files that differ without a note: {differ}** (goal: 0). ParRay refuses files of {foreign} other formats; refusals that do not say
 what the file looks like: {unnamed} (goal: 0).
 
-- *same*: the element and the position of each atom, the number of particles, the box around them, the frames, the last
-  frame's box and the cell each agree with one of the programs. Copies of atoms on the faces of a crystal's cell are left
-  out, but ParRay draws as many as its note says.
+- *same*: the element and the position of each atom, the numbers of particles and bonds, the box around the particles,
+  the frames, the last frame's box and the cell each agree with one of the programs. Copies of atoms on the faces of a
+  crystal's cell are left out, but ParRay draws as many as its note says.
 - *told*: something differs, and a note of ParRay explains it: as many atoms are missing as the note says are left out, or
   as many elements differ as it says were guessed or are beads.
 - *differs*: something differs without such a note.
