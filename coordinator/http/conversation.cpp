@@ -345,7 +345,7 @@ class Engine final : public httplib::Server {
         throw Problem(400, "the form has no boundary: name it in Content-Type");
       }
       if (form && !from.is_multipart_form_data()) {
-        throw Problem(400, "write no blanks in multipart/form-data in Content-Type");
+        throw Problem(400, "the Content-Type has blanks within multipart/form-data: remove them");
       }
       sink.expect(head_->length.value_or(0));
       read_body(*reader, sink, form, whole);

@@ -48,7 +48,7 @@ Reply Api::frames_zip(const Request& request, JobId series) {
   if (frames.empty()) {
     throw Problem(
         409,
-        fmt::format("no frame of job {} is done: /api/v1/jobs/{} lists the states of its frames",
+        fmt::format("no frame of series {} is done: /api/v1/jobs/{} lists the states of its frames",
                     series, series));
   }
   std::vector<ZipStream::Member> members;

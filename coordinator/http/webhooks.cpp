@@ -78,8 +78,8 @@ void Webhooks::check(const std::string& url) const {
     throw Problem(
         422,
         "options: /webhook: '" + printable(url, 200) +
-            "' is not a URL of a webhook: use http://HOST/PATH or https://HOST/PATH, at most "
-            "1000 ASCII characters",
+            "' is not a URL for a webhook: use http://HOST:PORT/PATH or https://HOST:PORT/PATH "
+            "(port and path are optional), at most 1000 ASCII characters without blanks",
         2);
   }
   if (!permits(address)) {

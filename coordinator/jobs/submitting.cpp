@@ -216,8 +216,8 @@ void JobBook::check_preview(const JobRecord& record) const {
   }
   const JobRecord& job = named->begin()->second->record;
   if (job.user != record.user) {
-    throw InputError(
-        fmt::format("preview_of: job {} belongs to another user: name a job of your own", of));
+    throw InputError(fmt::format(
+        "preview_of: job {} belongs to another user: a quick look needs a job of your own", of));
   }
   if (job.preview_of != 0) {
     throw InputError(

@@ -142,7 +142,7 @@ def file_refusal(jobs, number, file):
         if "frames" not in job:
             return 409, f"job {number} is not a series: its picture is image.png"
         done = any(frame["state"] == "done" for frame in frames_of(jobs, number))
-        return None if done else (409, f"no frame of job {number} is done: /api/v1/jobs/{number} lists the states of its frames")
+        return None if done else (409, f"no frame of series {number} is done: /api/v1/jobs/{number} lists the states of its frames")
     if file == "report" and job["state"] != "done":
         return 409, f"job {number} is {job['state']}, not done: parray watch shows its progress"
     if file in (*PICTURES, "report") and not job.get("has_picture", job["state"] != "queued"):

@@ -164,7 +164,7 @@ class Archives(WebCase):
             scene.write_text(json.dumps(SCENE))
             farm.client("submit", farm.directory / "scene-#.json", "--frames", "0-0")
             series = next(job["id"] for job in farm.get("/jobs").json()["jobs"] if "frames" in job)
-            self.assert_problem(farm.get(f"/jobs/{series}/frames.zip"), 409, "no frame of job")
+            self.assert_problem(farm.get(f"/jobs/{series}/frames.zip"), 409, "no frame of series")
 
 
 class Names(WebCase):

@@ -334,7 +334,7 @@ class Problems(WebCase):
                 self.assert_problem(farm.ask("POST", "/api/v1/jobs", body, json_type), 422)
             self.assert_problem(farm.ask("POST", "/api/v1/jobs", "--x\r\n", {"Content-Type": "multipart/form-data; boundary=y"}), 400)
             self.assert_problem(farm.ask("POST", "/api/v1/jobs", "x", {"Content-Type": "multipart/form-data"}), 400)
-            self.assert_problem(farm.ask("POST", "/api/v1/jobs", "x", {"Content-Type": "multipart/ form-data; boundary=y"}), 400, "no blanks")
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs", "x", {"Content-Type": "multipart/ form-data; boundary=y"}), 400, "has blanks")
             bomb = gzip.compress(b" " * (300 << 20))
             answer = farm.ask("POST", "/api/v1/jobs", bomb, {**json_type, "Content-Encoding": "gzip"})
             self.assertIn(answer.status, (413, 415), answer.body)
