@@ -43,8 +43,10 @@ void read_into(DatabaseContent& content, const fs::path& file) {
     }
     if (content.version == present_version) content.records = read_records(database);
   } catch (const StorageFull& full) {
-    throw RunError("reading a copy of the database in " + file.parent_path().string() +
-                   " failed: set TMPDIR to a directory with more room (" + full.what() + ")");
+    throw RunError(file.parent_path().string() +
+                   " has too little room for a copy of the database: set TMPDIR to a directory "
+                   "with more room (" +
+                   full.what() + ")");
   } catch (const RunError& error) {
     content.damage = error.what();
   } catch (const InputError& error) {
