@@ -43,8 +43,8 @@ CheckResult judge_report(const fs::path& file, const std::string& expected) {
   const std::string transport = report.at("mpi").at("transport");
   const std::size_t ranks = report.at("mpi").at("ranks").size();
   if (found != expected) {
-    return failed("two ranks make a different picture than this process: " + found.substr(0, 16) +
-                      " instead of " + expected.substr(0, 16),
+    return failed("two ranks make a different picture than this process: SHA-256 " +
+                      found.substr(0, 16) + " instead of " + expected.substr(0, 16),
                   "install parray and parray-mpi from the same build");
   }
   if (ranks != 2) {
@@ -56,7 +56,7 @@ CheckResult judge_report(const fs::path& file, const std::string& expected) {
                       ": windows (one-sided communication) do not work",
                   "check the variable OMPI_MCA_osc and the free space in /dev/shm");
   }
-  return passed("the same picture from 2 ranks, over a window: " + expected.substr(0, 16));
+  return passed("the same picture from 2 ranks, over a window: SHA-256 " + expected.substr(0, 16));
 }
 
 }  // namespace

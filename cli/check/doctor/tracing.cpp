@@ -69,7 +69,8 @@ CheckResult check_picture(const TracerMaker& make, std::string_view expected) {
   if (wrong.empty()) {
     return passed("the built-in picture has the known bits in f32, mixed, f64, linear and bvh");
   }
-  return failed("the built-in picture is not " + std::string(expected.substr(0, 16)) + ": " + wrong,
+  return failed("the built-in picture does not have the SHA-256 " +
+                    std::string(expected.substr(0, 16)) + ": " + wrong,
                 wrong_bits);
 }
 
@@ -89,8 +90,8 @@ CheckResult check_threads(const TracerMaker& make, int threads) {
                           doctor_image_sha256(make, threads)};
   const auto count = counted(static_cast<std::uint64_t>(threads), "thread");
   if (std::ranges::all_of(others, [&](const std::string& other) { return other == alone; })) {
-    return passed("1 thread and " + count +
-                  " make the same picture, twice: " + alone.substr(0, 16));
+    return passed("1 thread and " + count + " make the same picture, twice: SHA-256 " +
+                  alone.substr(0, 16));
   }
   return failed("pictures of 1 thread and " + count + " differ",
                 "test the machine's memory, and undo any overclocking");
