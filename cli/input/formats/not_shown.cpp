@@ -24,8 +24,9 @@ void note_bodies(std::uint64_t count, ParticleFacts& facts) {
 }
 
 void note_geometry_bonds(std::uint64_t count, ParticleFacts& facts) {
-  note_if_any("geometry_bonds", count, "bond of _geom_bond not read: bonds come from distances",
-              "bonds of _geom_bond not read: bonds come from distances", facts);
+  note_if_any("geometry_bonds", count,
+              "bond of the table _geom_bond not read: ParRay finds bonds by distances",
+              "bonds of the table _geom_bond not read: ParRay finds bonds by distances", facts);
 }
 
 EllipsoidRows::EllipsoidRows(const std::vector<std::string_view>& names) {

@@ -337,7 +337,9 @@ bool ByteSource::refill() {
 /// Fills the rest of the block from the stream.
 void ByteSource::load() {
   stream_->read(block_.data() + filled_, static_cast<std::streamsize>(block_.size() - filled_));
-  if (stream_->bad()) fail_at(file_, line_, "", "reading failed here: check the file and the disk");
+  if (stream_->bad()) {
+    fail_at(file_, line_, "", "the rest of the file cannot be read: check the disk");
+  }
   const auto got = static_cast<std::size_t>(stream_->gcount());
   filled_ += got;
   blocks_total_ += got;

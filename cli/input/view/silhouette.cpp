@@ -10,9 +10,9 @@
 namespace parray::input {
 namespace {
 
-/// Directions in equal distances, about 6 degrees apart. Source: the spherical Fibonacci lattice
-/// (Gonzalez, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
-/// Mathematical Geosciences 42, 2010).
+/// Returns 1024 unit vectors that cover the sphere evenly. Neighbours are about 6 degrees apart.
+/// Source: the spherical Fibonacci lattice (Gonzalez, "Measurement of areas on a sphere using
+/// Fibonacci and latitude-longitude lattices", Mathematical Geosciences 42, 2010).
 std::vector<Vec3d> even_directions() {
   constexpr int count = 1024;
   std::vector<Vec3d> directions;

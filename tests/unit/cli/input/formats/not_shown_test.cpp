@@ -60,9 +60,9 @@ TEST_CASE("CIF: a note counts bonds of _geom_bond, which are not read") {
   const std::string rows = "C1 O1 1.2\nC1 C1 4.0\n";
   CHECK(told(files.read("a.cif", head + sites), "geometry_bonds").empty());
   CHECK(told(files.read("a.cif", head + sites + bonds + rows), "geometry_bonds") ==
-        "2 bonds of _geom_bond not read: bonds come from distances");
+        "2 bonds of the table _geom_bond not read: ParRay finds bonds by distances");
   CHECK(told(files.read("a.cif", head + bonds + "C1 O1 1.2\n" + sites), "geometry_bonds") ==
-        "1 bond of _geom_bond not read: bonds come from distances");
+        "1 bond of the table _geom_bond not read: ParRay finds bonds by distances");
   const std::string other = "data_b\n" + bonds + rows;
   CHECK(told(files.read("a.cif", other + head + sites + other), "geometry_bonds").empty());
 }
