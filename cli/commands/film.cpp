@@ -336,8 +336,9 @@ void add_frames_to(Command& command, FilmCommand& options) {
       .type_name("DEG")
       .group(film_group);
   add_file(command, "--camera-path", options.course.camera_path,
-           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. A smooth curve "
-           "joins them")
+           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. Each camera has "
+           "the keys of a scene's camera. A smooth curve joins them. All frames must lie between "
+           "the first and the last camera")
       .type_name("FILE.json")
       .group(film_group);
   add_whole_number(
@@ -355,7 +356,7 @@ void add_frames_to(Command& command, FilmCommand& options) {
 void add_output_to(Command& command, FilmCommand& options) {
   add_file(command, "-o,--output", options.film,
            "Film to write: .mp4, .webm or .gif. The pictures of its frames are in the folder "
-           "beside it: run.frames for run.mp4")
+           "beside it: run.frames for run.mp4. The same command continues an interrupted film")
       .type_name("FILM")
       .group(output_group)
       .required();
@@ -366,7 +367,8 @@ void add_output_to(Command& command, FilmCommand& options) {
            "Write a report as JSON: error, samples, seconds and hash of each frame")
       .type_name("FILE.json")
       .group(output_group);
-  command.flag(denoise_option, options.denoise, "Denoise each frame, and state the remaining error")
+  command
+      .flag(denoise_option, options.denoise, "Denoise each frame, and estimate its remaining RMSE")
       .group(output_group);
   add_quiet(command, options.following.quiet);
 }
@@ -409,8 +411,8 @@ void add_film(CommandLine& line, Action& chosen) {
                   "a molecule that turns once");
   command.example("parray film scenes/glass.json -o glass.webm --camera-path path.json --fps 30",
                   "a flight through a scene");
-  command.example("parray film run.xyz -o farm.mp4 --farm",
-                  "renders on a farm; the same command continues an interrupted film");
+  command.example("parray film run.xyz -o farm.mp4 --farm --coordinator tcp://farm:7400",
+                  "renders the frames on the farm of this coordinator");
   command.on_chosen([options, &chosen] { chosen = [options] { return film(*options); }; });
 }
 

@@ -58,8 +58,8 @@ FilmFolder::FilmFolder(const fs::path& film, std::string identity)
     throw InputError(printable(path_.string(), 4096) +
                      ": the folder for the frames cannot be made" +
                      (problem ? " (" + problem.message() + ")" : "") +
-                     (in_the_way ? ": remove the file of this name, or name another film"
-                                 : ": name another film"));
+                     (in_the_way ? ": remove the file of this name, or choose another name with -o"
+                                 : ": choose another name with -o"));
   }
   check_output_path(picture(0));
 }

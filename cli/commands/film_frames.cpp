@@ -47,7 +47,8 @@ FilmFrames::FilmFrames(const FilmCourse& course, const RenderOptions& options,
     : course_(course) {
   check(course);
   if (course.frames && course.camera_path.empty() && options.particles().source().frame) {
-    throw InputError("--frames and --frame exclude each other: leave one of them out");
+    throw InputError(
+        "--frames and --frame exclude each other without --camera-path: leave one of them out");
   }
   const std::uint32_t first =
       course.frames && course.frames->range ? course.frames->range->first : 0;

@@ -153,7 +153,8 @@ std::vector<std::string> FrameScenes::files(const std::vector<std::uint32_t>& fr
 void FrameScenes::fix(const std::vector<std::uint32_t>& frames, bool turns, bool still) {
   still_ = still;
   if (!still_ && !numbered_ && !is_scene_ && given_source().frame) {
-    throw InputError("--frames and --frame exclude each other: leave one of them out");
+    throw InputError(
+        "--frames and --frame exclude each other without --camera-path: leave one of them out");
   }
   const std::vector<std::uint32_t> shown = still_ ? std::vector{first_} : frames;
   is_scene_ ? fix_scene(shown) : fix_particles(shown, turns);
