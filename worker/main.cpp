@@ -66,7 +66,7 @@ void declare_options(CommandLine& line, Arguments& a) {
   a.log.add_to(line, "Lowest level of messages on stderr");
   line.example("parray-worker", "works for the coordinator of this machine with all processors");
   line.example("parray-worker --coordinator tcp://farm:7400 --keys worker.key",
-               "works for the coordinator of another machine");
+               "works for the coordinator at this address");
   line.example("parray-worker --threads 8 --idle-exit 300",
                "stops after five minutes without work");
 }

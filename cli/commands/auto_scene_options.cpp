@@ -193,7 +193,7 @@ void ViewOptions::add_to(Command& command) {
   command
       .on_off("--transparent", transparent_,
               "Make the background transparent. Alpha is the share of a pixel's camera rays that "
-              "hit something (default: the scene's, else off)")
+              "hit something, glass included (default: as the scene says, else off)")
       .group(output_group);
   command.renamed("--opaque", "--transparent off");
 }

@@ -113,7 +113,7 @@ void add_jobs(CommandLine& line, Action& chosen) {
   command.example("parray jobs --user ann --name water --sort progress",
                   "lists ann's jobs with 'water' in their name, those that are almost done last");
   command.example("parray jobs --coordinator tcp://farm:7400 --json",
-                  "lists the jobs of a coordinator on another machine as JSON, for scripts");
+                  "lists the jobs of the coordinator at this address as JSON, for scripts");
   command.on_chosen([options, &chosen] { chosen = [options] { return jobs(*options); }; });
 }
 

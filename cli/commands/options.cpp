@@ -334,7 +334,7 @@ void OutputOptions::add_aov_to(Command& command, bool scene) {
 void OutputOptions::add_denoise_to(Command& command, bool alone) {
   Option denoise =
       command.flag("--denoise", denoise_,
-                   "Denoise the picture, and state the remaining error. An EXR file also stores "
+                   "Denoise the picture, and estimate its remaining RMSE. An EXR file also stores "
                    "the picture before denoising, in the channels raw.R, raw.G, raw.B");
   denoise.group(output_group);
   if (!alone) denoise.needs(image_option_);

@@ -317,10 +317,9 @@ std::vector<double> speeds_from(const std::string& text) {
 }  // namespace
 
 void add_plan(CommandLine& line, Action& chosen) {
-  Command command = line.command(
-      "plan",
-      "Find the fastest command for an error, or the most accurate one for a time, by a short "
-      "probe");
+  Command command = line.command("plan",
+                                 "Probe a scene briefly, and print the render command that is "
+                                 "fastest for a given error, or most accurate for a given time");
   const auto options = std::make_shared<PlanCommand>();
   add_scene(command, options->scene);
   add_real_number(command, "--error", ranges::target_error, options->goal.error,
@@ -356,7 +355,8 @@ void add_plan(CommandLine& line, Action& chosen) {
           "Speeds of the workers relative to this machine, such as 1,0.5,2")
       .type_name("S,S...");
   command.example("parray plan scenes/glass.json --error 0.01",
-                  "prints the fastest command for this error, and how long it takes");
+                  "prints the render command that reaches this error (RMSE, linear radiance) "
+                  "fastest, and how long it takes");
   command.example("parray plan scenes/glass.json --time 60 --workers 8",
                   "finds the smallest error in a minute of eight workers like this machine");
   command.on_chosen([options, command, &chosen] {

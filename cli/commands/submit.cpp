@@ -119,8 +119,9 @@ void add_submit(CommandLine& line, Action& chosen) {
           .type_name("FIRST-LAST[:STEP]")
           .group(frames_group);
   add_file(command, "--camera-path", options->camera_path,
-           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. A smooth curve "
-           "joins them")
+           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. Each camera has "
+           "the keys of a scene's camera. A smooth curve joins them. All frames must lie between "
+           "the first and the last camera")
       .type_name("FILE.json")
       .group(frames_group)
       .needs(frames);
@@ -144,12 +145,13 @@ void add_submit(CommandLine& line, Action& chosen) {
       .group(farm_group);
   options->farm.add_to(command);
   command.example("parray submit scenes/glass.json", "prints the number of the job and returns");
-  command.example("parray submit scenes/glass.json --wait -o glass.exr --target-error 0.01",
-                  "shows progress, and writes the picture here at the end");
+  command.example(
+      "parray submit scenes/glass.json --wait -o glass.exr --target-error 0.01",
+      "stops when the error is at most 0.01 (RMSE, linear radiance), and writes the picture here");
   command.example("parray submit 'scene-####.json' --frames 1-120 --wait -o 'frame-####.exr'",
                   "renders a series of frames as one job");
   command.example("parray submit scenes/glass.json --coordinator tcp://farm:7400 --keys ann.key",
-                  "submits to another machine, with your key");
+                  "submits to the coordinator at this address, with your key");
   command.on_chosen([options, &chosen] { chosen = [options] { return submit(*options); }; });
 }
 

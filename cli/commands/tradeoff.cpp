@@ -241,8 +241,9 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   command.flag("--restart", options->restart, "Delete the measurements of an earlier run in DIR");
   add_quiet(command, options->quiet);
   add_json(command, options->as_json);
-  command.example("parray tradeoff scenes/glass.json -o trade --error 0.01",
-                  "finds the fastest settings for that error, in two minutes");
+  command.example(
+      "parray tradeoff scenes/glass.json -o trade --error 0.01",
+      "finds the fastest settings for this error (RMSE, linear radiance), in two minutes");
   command.on_chosen([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 
