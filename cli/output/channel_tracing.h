@@ -12,7 +12,7 @@
 
 namespace parray::output {
 
-/// Number of samples per pixel for extra channels; fewer if settings.samples_per_pixel is less.
+/// Number of samples per pixel for extra channels; settings.samples_per_pixel if that is less.
 inline constexpr std::uint32_t channel_samples = 16;
 
 /// Traces the extra channels `wanted` of the picture that `tracer` makes from `scene` with
@@ -22,8 +22,8 @@ inline constexpr std::uint32_t channel_samples = 16;
 /// - depth, "Z": mean distance from the camera's plane along the direction of view, in the scene's
 ///   unit, over the samples that meet a shape. Infinite if no sample does.
 /// - normal, "N.X", "N.Y", "N.Z": mean of the unit normals of the first surfaces, in the scene's
-///   axes, each on the side from which the ray comes. The sky counts as 0, so the mean is shorter
-///   than 1 at edges.
+///   axes. Each normal points to the side from which the ray comes. The sky counts as 0, so the
+///   mean is shorter than 1 at edges.
 /// - albedo, "albedo.R", "albedo.G", "albedo.B": mean albedo of the first surfaces; 1 for glass, 0
 ///   for the sky.
 /// - sphere, "sphere": number (from 0) of the shape that sample 0 meets first, spheres before
@@ -32,8 +32,8 @@ inline constexpr std::uint32_t channel_samples = 16;
 ///
 /// Normal and albedo have the form that denoisers expect (Intel Open Image Denoise, documentation
 /// of filter RT). The values are the same for any number of `threads`, accelerator and instruction
-/// set. Calls `between_bands`, if set, before each band of rows with about 2^18 samples (at least
-/// one row); an exception of it ends the work.
+/// set. Calls `between_bands`, if set, in the calling thread before each band of rows with about
+/// 2^18 samples (at least one row). An exception of it ends the work.
 Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands = {});

@@ -23,9 +23,9 @@ void PreviewPace::wrote(double elapsed, bool whole, double cost) {
   shown_whole_ = shown_whole_ || whole;
 }
 
-Preview::Preview(const ProgressOptions& following, std::function<void()> while_writing)
-    : file_(following.preview), while_writing_(std::move(while_writing)) {
-  if (!following.display.empty()) display_ = std::make_unique<Display>(following.display);
+Preview::Preview(const ProgressOptions& options, std::function<void()> while_writing)
+    : file_(options.preview), while_writing_(std::move(while_writing)) {
+  if (!options.display.empty()) display_ = std::make_unique<Display>(options.display);
 }
 
 void Preview::follow(const Clock& clock, const JobStatus& status,

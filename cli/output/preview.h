@@ -27,7 +27,7 @@ struct ProgressOptions {
 
 /// Decides when to write previews. A preview is whole if every pixel has a sample, and otherwise
 /// partial. The first whole preview is due as soon as every pixel has a sample. If this takes
-/// longer than a tenth of a second, a partial preview is due before. Later previews are due at most
+/// longer than a tenth of a second, partial previews are due before. Later previews are due at most
 /// ten times a second. Writing these later previews takes at most a fiftieth of the time since the
 /// first sample.
 ///
@@ -52,17 +52,18 @@ class PreviewPace {
 /// file.
 class Preview {
  public:
-  /// Uses the preview file and the viewer of `following`. The preview file must be writable
-  /// (check_image_path()). Throws InputError for an invalid address. Calls `while_writing`
-  /// repeatedly; it may throw.
-  explicit Preview(const ProgressOptions& following,
+  /// Uses the preview file and the viewer of `options`. The caller must have called
+  /// check_image_path() for the file. Throws InputError for an invalid address. follow() calls
+  /// `while_writing` every few milliseconds while it writes EXR or PNG. An exception of it ends the
+  /// writing and passes through follow().
+  explicit Preview(const ProgressOptions& options,
                    std::function<void()> while_writing = check_interrupted);
 
   [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }
 
   /// Writes the current picture if it is time. `partial` returns this picture, in which pixels
-  /// without a sample have the colours of other pixels. `clock` gives the current time. Throws
-  /// RunError if the file cannot be written.
+  /// without a sample have the colours of pixels near them. `clock` gives the current time. Throws
+  /// RunError if the file cannot be written. Ignores a viewer that does not answer: see Display.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
   /// Shows the finished picture if a viewer has been sent an unfinished one.
   void finish(const Image& image);

@@ -19,11 +19,11 @@ namespace parray::adaptive {
 class Allocation {
  public:
   /// `equal_half_widths`: places samples so that all pixels get equal half-widths of their
-  /// confidence intervals; otherwise so that the mean square error is least. Reads every
-  /// `stride`-th row of `state`. Each pixel must have at least 2 samples. Below, "all pixels" means
-  /// the pixels of these rows. With a stride of 2 or more, only the 8 neighbours of a pixel stand
-  /// for its surroundings. That is accurate enough to predict the effect of more samples, but not
-  /// to place them.
+  /// confidence intervals; otherwise so that the mean square error is least. Handles rows
+  /// 0, `stride`, 2 * `stride` and so on of `state`. Each pixel must have at least 2 samples.
+  /// Below, "all pixels" means the pixels of these rows. With a stride of 2 or more, only the 8
+  /// neighbours of a pixel stand for its surroundings. That is accurate enough to predict the
+  /// effect of more samples, but not to place them.
   Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride = 1);
 
   /// Returns the present counts of all pixels with the weights by which further samples are placed.

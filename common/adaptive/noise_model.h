@@ -52,8 +52,8 @@ void half_widths(std::span<const double> count, const NoiseForecast& forecast,
 class NoiseModel {
  public:
   /// Fits the model to `state`. Each pixel must have at least 2 samples. In a large picture the
-  /// model reads only rows with about `asked` pixels in total. `horizon` is the reach of the
-  /// surroundings that later calls of predict() pass.
+  /// model is fitted to some rows only, with about `asked` pixels in total. `horizon` is the reach
+  /// of the surroundings that later calls of predict() pass.
   NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon,
              std::size_t asked = std::size_t{1} << 17);
 

@@ -10,9 +10,11 @@
 namespace parray::base {
 
 /// Allocates zeroed memory directly from the system, which clears a page only when it is touched.
-/// If `large_pages`, asks for large pages from 4 MiB on. Returns null for 0 bytes. Throws
-/// std::bad_alloc.
+/// If `large_pages`, asks for large pages for 4 MiB or more. Large pages are faster unless few
+/// elements are touched. Returns null for 0 bytes. Throws std::bad_alloc if the system has too
+/// little memory.
 void* allocate_zeroed(std::size_t bytes, bool large_pages = true);
+/// Frees memory of allocate_zeroed(). `bytes` must be the same.
 void free_zeroed(void* memory, std::size_t bytes) noexcept;
 
 /// A fixed number of plain elements that begin with all bits zero. It is meant for arrays with an

@@ -37,7 +37,7 @@ PARRAY_INLINE CosSin<Real> sincos_near_zero(Real x) {
 }
 
 /// Returns cosine and sine of 2 pi u for u in [0, 1), computed from the nearest quarter turn.
-/// Error: below 2 ulp of 1.
+/// Absolute error: below 2 ulp of 1.
 template <typename Real>
 PARRAY_INLINE CosSin<Real> sincos_2pi(Real u) {
   const Real quarters = Real(4) * u;
@@ -58,8 +58,8 @@ PARRAY_INLINE CosSin<Real> sincos_2pi(Real u) {
 }
 
 /// Returns a uniform point of the unit sphere's surface (Archimedes: y is uniform). u, v in [0, 1).
-/// The poles are those of the sky, and its light depends on y. So evenly spread u give an even
-/// spread of the sky's light over directions.
+/// y points to the top of the sky, whose light depends on y alone. So evenly spread u help to
+/// sample this light evenly.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> uniform_direction(Real u, Real v) {
   const Real y = Real(1) - Real(2) * u;

@@ -26,10 +26,11 @@ PARRAY_INLINE Uint sobol_second(Uint index) {
   return index ^ index >> 16;
 }
 
-/// A fixed permutation of the points. Pairs of coordinates take the same points, each pair in its
-/// own order, and are jointly well distributed. Bit j of the result is bit j of the index plus some
-/// of the bits above it, modulo 2. The permutation maps the 2^k points from a multiple of 2^k on to
-/// such a set, and the first 2^k points to themselves.
+/// A fixed permutation of the points. Every pair of coordinates uses the same points, but has its
+/// own permutation (SobolSets in common/trace/integrator/random.h). So all pairs together are well
+/// distributed. Bit j of the result is bit j of the index plus some of the bits above it, modulo 2.
+/// The permutation maps the 2^k points from a multiple of 2^k on to such a set, and the first 2^k
+/// points to themselves.
 struct PointOrder {
   /// Bits to which the bit 1, 2, 4 or 8 places above is added.
   std::uint32_t by_1, by_2, by_4, by_8;
@@ -44,12 +45,13 @@ struct PointOrder {
 };
 
 /// Scrambles the digits of a coordinate at random, by two uniform integers that the points of a set
-/// share. For each pair of points, the odd multiplier and the sum have exactly the effect of nested
-/// uniform scrambling (Owen 1995). If two coordinates differ first in digit i, the results are
-/// uniform, share the digits before it, differ in it, and are independent after it. So the mean of
-/// any integrand over a set has the same variance. The first two lines apply another bijection in
-/// which no digit depends on later ones, so all this still holds. In larger sets this bijection
-/// removes the regularity of a linear map, which shows in the fourth moment.
+/// share. The last line multiplies by an odd number and adds `shift`. For each pair of points, this
+/// has exactly the effect of nested uniform scrambling (Owen 1995). If two coordinates differ first
+/// in digit i, the results are uniform, share the digits before it, differ in it, and are
+/// independent after it. So the mean of any integrand over a set has the same variance as with
+/// nested uniform scrambling. The first two lines apply another bijection in which no digit depends
+/// on later ones, so all this still holds. The last line alone is a linear map. Its regularity
+/// would show in the fourth moment of the means over larger sets. The bijection removes it.
 template <typename Uint>
 PARRAY_INLINE Uint scramble(Uint digits, const Uint& factor, const Uint& shift) {
   digits = digits + (factor >> 24);  // bits that the product does not use

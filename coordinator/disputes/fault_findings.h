@@ -11,7 +11,7 @@
 
 namespace parray::coordinator {
 
-/// The finding that a machine returned wrong bits.
+/// The finding that a machine returned wrong bits: results that differ from correct tracing.
 struct FaultFinding {
   /// Higher than that of every earlier finding, also after a restart of the coordinator.
   std::uint64_t number = 0;
@@ -19,8 +19,8 @@ struct FaultFinding {
   std::string worker;         ///< name of its worker at that time, for people
 };
 
-/// Keeps the latest finding of each machine. A finding remains after the quarantine, for jobs that
-/// rely on the machine and are resumed later. Not thread-safe.
+/// Keeps the latest finding of each machine. A finding remains after the quarantine: jobs that are
+/// resumed later may contain results or checks of the machine. Not thread-safe.
 class FaultFindings {
  public:
   /// Adds a finding with the next number. It replaces an earlier finding of the same machine. If

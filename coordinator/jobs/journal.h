@@ -13,9 +13,9 @@
 
 namespace parray::coordinator {
 
-// The journal lists which worker traced which merged cells, and when: about 90 bytes per lease. It
-// proves that every cell of every pass counts once (cli/check/audit/audit.h), and it shows where
-// the time was spent. Times are seconds since 1970.
+// The journal lists which worker traced which merged cells, and when: 80 bytes per lease. It proves
+// that every cell of every pass counts once (cli/check/audit/audit.h), and it shows where the time
+// was spent. `at`, `granted` and `arrived` are seconds since 1970.
 
 /// A worker. It precedes the worker's first merge.
 struct JournalWorker {
@@ -42,13 +42,14 @@ struct JournalMerge {
   std::uint64_t epoch = 0;
   CellRange range;
   std::uint64_t samples = 0;
-  double granted = 0;
-  double arrived = 0;
-  double seconds = 0;        ///< tracing time that the worker reported
+  double granted = 0;        ///< when the lease was granted
+  double arrived = 0;        ///< when its result arrived
+  double seconds = 0;        ///< duration of tracing that the worker reported
   std::uint64_t digest = 0;  ///< XXH3-64 of the packed cells; 0: they were not packed
 };
-/// The results of these cells were removed. They are all cells of the pixels of which a faulty
-/// machine had traced a cell, including cells that other machines traced. They count as not traced.
+/// Results of the pass were removed, because a faulty machine had traced some of them. If it traced
+/// a cell of a pixel, all cells with this pixel are removed, also those of other machines. `cells`
+/// are the removed cells. They count as not traced.
 struct JournalRetraction {
   std::uint32_t pass = 0;
   double at = 0;

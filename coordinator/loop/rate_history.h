@@ -9,8 +9,8 @@
 
 namespace parray::coordinator {
 
-/// Counts what happens in intervals of ten seconds, which begin at the same times for all objects.
-/// Remembers the last hour. Not thread-safe.
+/// Counts what happens in intervals of ten seconds, which begin when the time is a multiple of ten
+/// seconds. So they are the same for all objects. Remembers the last hour. Not thread-safe.
 class RateHistory {
  public:
   static constexpr Time interval = seconds(10);
@@ -19,13 +19,13 @@ class RateHistory {
   /// Returns the number of the interval of a time.
   static std::int64_t number_of(Time now) { return now / interval; }
 
-  /// Counts `amount` at `now`, which never goes back.
+  /// Counts `amount` at `now`, which must not be earlier than in the previous call.
   void add(Time now, double amount);
-  /// Returns the mean amounts per second of the `count` intervals before number `end`, oldest
-  /// first.
+  /// Returns `count` numbers: the mean amounts per second of the intervals before number `end`,
+  /// oldest first. 0 for intervals that are forgotten or had nothing to count.
   [[nodiscard]] std::vector<float> before(std::int64_t end, std::size_t count) const;
-  /// Returns the mean amount per second of the last 60 to 70 s, or since `since`, when counting
-  /// began, if that is shorter.
+  /// Returns the mean amount per second of the present interval and the six before it, that is 60
+  /// to 70 s. If counting began later, at `since`, divides by the time since then, at least 1 s.
   [[nodiscard]] double last_minute(Time now, Time since) const;
 
  private:

@@ -8,16 +8,18 @@
 
 #include "coordinator/store/store.h"
 
-/// The form of a rows file, a job's log of results. It is a sequence of entries, each
+/// The form of a rows file, a job's log of results. It is a sequence of entries. append_rows() of
+/// Store appends one entry. Each entry is
 ///
 ///     8 bytes  length of the data, little-endian
 ///     8 bytes  XXH3-64 of the data, little-endian
 ///     data
 namespace parray::store {
 
-/// Entries that are not in the file yet. They may be large, so that append() moves them.
+/// Entries that are not in the file yet.
 class PendingRows {
  public:
+  /// Appends an entry. Move it into the call, because it may be large.
   void append(std::string entry);
   /// Calls `visit` with each entry, oldest first.
   void each(const Store::RowsVisitor& visit) const;
@@ -41,14 +43,16 @@ class PendingRows {
 void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
                    const Store::RowsVisitor& visit);
 
-/// Returns whether an entry ends at byte `bytes` of the file. Reads headers only.
+/// Returns whether the first `bytes` bytes of the file are complete entries. Returns true for 0
+/// bytes, and false for an unreadable file. Reads headers only, so it checks no checksum.
 bool ends_an_entry(const std::filesystem::path& file, std::uint64_t bytes);
 
 /// Returns the size in bytes of the first `entries` entries; of all complete ones if there are
-/// fewer. Reads headers only.
+/// fewer; 0 for an unreadable file. Reads headers only.
 std::uint64_t bytes_of_entries(const std::filesystem::path& file, std::uint64_t entries);
 
-/// Returns the bytes of the undamaged entries at the beginning of the file; 0 if it is unreadable.
+/// Returns the size in bytes of the entries before the first damaged or incomplete one. Returns 0
+/// for an unreadable file. Reads the whole file and checks the checksums.
 std::uint64_t sound_bytes(const std::filesystem::path& file);
 
 }  // namespace parray::store

@@ -11,7 +11,8 @@
 /// Checks processor, memory and disks.
 namespace parray::doctor {
 
-/// Reports model, CPUs and instruction sets. Always passes.
+/// Reports the processor's model, the number of usable CPUs and the instruction sets. Always
+/// passes.
 CheckResult check_processor();
 /// Warns if less than 256 MiB of memory are available. Skipped if a number is 0: unknown.
 CheckResult check_memory(std::uint64_t available, std::uint64_t total);
@@ -19,14 +20,15 @@ CheckResult check_memory(std::uint64_t available, std::uint64_t total);
 CheckResult check_memory();
 
 /// Makes the directory for files of later checks, in the system's directory for temporary files
-/// (TMPDIR), and sets `scratch` to it. Fails if it cannot be made or written. `scratch` stays
-/// unchanged only if it cannot be made.
+/// (TMPDIR), and sets `scratch` to it. Fails if the directory cannot be made or written. If it
+/// cannot be made, `scratch` stays unchanged. OwnedPath removes the directory at its end.
 CheckResult check_temporary_directory(std::optional<OwnedPath>& scratch);
 /// Warns if no file can be made and written in `directory`.
 CheckResult check_current_directory(const std::filesystem::path& directory);
 
 /// Returns the bytes of shared memory that parray-mpi with one rank per usable CPU needs for a
-/// picture of 1200 x 800 pixels: the window, and Open MPI's own buffers.
+/// picture of 1200 x 800 pixels, the default size. They are the MPI window, in which the ranks
+/// collect results (proto/window.h), and Open MPI's own buffers.
 std::uint64_t window_bytes();
 /// Warns if `needed` bytes do not fit into `available` bytes of shared memory.
 CheckResult check_shared_memory(std::uint64_t available, std::uint64_t needed);

@@ -31,7 +31,7 @@ enum class GsdType : std::uint8_t {
 
 /// A matrix of numbers in a GSD file: an entry of the index.
 struct GsdChunk {
-  std::uint64_t frame = 0;  ///< below 2^63
+  std::uint64_t frame = 0;  ///< number of the frame, from 0, below 2^63
   std::uint64_t rows = 0;
   std::uint64_t location = 0;  ///< its first byte in the file; next_chunk() does not check it
   std::uint32_t columns = 0;

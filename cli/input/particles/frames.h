@@ -10,8 +10,8 @@
 
 namespace parray::input {
 
-/// Reads the frames of a file from front to back. Each format with several frames has its own
-/// reader. All members throw the errors of read_particles().
+/// Reads the frames of a file from front to back. The first frame has the number 0. Each format
+/// with several frames has its own reader. All members throw the errors of read_particles().
 class FrameReader {
  public:
   virtual ~FrameReader() = default;
@@ -46,8 +46,9 @@ using OpenFrames = std::function<std::unique_ptr<FrameReader>(const ParticleRequ
 /// order reads the file once. Belongs to one PackedFile.
 class FrameCursor {
  public:
-  /// Returns whether read() can go on to the frame of the request without rewinding the file. That
-  /// frame must be later, the columns and alternatives the same, and the file not rewound since.
+  /// Returns whether read() can go on to the frame of the request without rewinding the file. The
+  /// frame must be later than the one read last. The requested columns and alternative locations
+  /// must be the same. The file must not have been rewound since.
   [[nodiscard]] bool leads_to(const PackedFile& file, const ParticleRequest& request) const;
   /// Reads the frame that the request chooses by its number. The file must be rewound unless
   /// leads_to() is true. Throws the errors of read_frame().
@@ -56,21 +57,23 @@ class FrameCursor {
  private:
   ParticleRequest request_;
   std::unique_ptr<FrameReader> reader_;  ///< null: no frame was read
-  std::uint64_t next_ = 0;               ///< number of the frame at which the reader stands
+  std::uint64_t next_ = 0;               ///< number, from 0, of the frame that next() goes to
   std::uint64_t rewinds_ = 0;            ///< of the file when the reader began
 };
 
-/// Returns the frame of `file` that the request chooses. Without a choice, returns the first frame
-/// with particles. `last` counts the frames first and chooses the last complete one. If
-/// request.continues(), calls FrameCursor::read(). `file` must be at its front, unless that cursor
-/// leads_to() the frame. Sets facts.frame. Sets facts.frames if it counted the frames, that is for
-/// `last` and for `request.all`.
+/// Returns the frame of `file` that request.frame chooses. Without a choice, returns the first
+/// frame with particles. If the choice is `last`, counts the frames first and returns the last
+/// complete one. An unreadable frame ends the count, and a note tells the user so.
 ///
-/// Throws InputError if the file does not have the frame. Throws it also for an empty frame; the
-/// message names the next frame with particles.
+/// If request.continues(), calls read() of request.cursor. `file` must be at its front, unless that
+/// cursor leads_to() the frame. Sets facts.frame of the result. Sets facts.frames if it counted the
+/// frames: for the last frame, and if `request.all` is true.
+///
+/// Throws InputError if the file does not have the frame or has no particles. Throws it also for a
+/// chosen frame without particles; the message names the next frame with particles, if any.
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open);
 
-/// Throws InputError: the file has `count` frames, and the requested frame is not one of them.
+/// Throws InputError: the file has `count` frames, and frame `asked` (from 0) is not one of them.
 /// `place` is the end of the file.
 [[noreturn]] void fail_without_frame(const FilePlace& place, std::uint64_t count,
                                      std::uint64_t asked);

@@ -8,7 +8,8 @@
 
 #include "common/rooms.h"
 
-/// Names of residues and atoms in molecular simulation and crystallography, in any letter case.
+/// Names of residues and atoms in molecular simulation and crystallography, in any letter case. All
+/// functions except residue_group() ignore blanks.
 /// Sources:
 ///
 /// - wwPDB Chemical Component Dictionary (wwpdb.org/data/ccd), PDB file format 3.3: HOH, DOD, ALA,
@@ -36,8 +37,9 @@ bool is_nucleotide(std::string_view residue);
 /// "Na". Returns 0 for other names.
 std::uint8_t ion_element(std::string_view name);
 
-/// Returns true for a monatomic ion: both names are those of the same ion, or the residue is "ION".
-/// One name does not suffice, because "CLA" may be a chlorophyll.
+/// Returns true for a monatomic ion: both names are those of the same ion, or the residue is "ION",
+/// whatever the atom's name. The residue's name alone does not suffice, because "CLA" may be a
+/// chlorophyll.
 bool is_ion(std::string_view residue, std::string_view atom);
 
 /// Returns true for points that carry charge or constrain motion but are not atoms. Examples are
@@ -46,11 +48,12 @@ bool is_ion(std::string_view residue, std::string_view atom);
 /// and the residue DUM, a point with a known element is an atom.
 bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8_t element);
 
-/// Returns the names of residue groups: group i has the colour category_color(i). The residues of a
-/// group have a similar role in a molecule.
+/// Returns the names of residue groups, such as "polar", "positive", "adenine" and "water". Group i
+/// has the colour category_color(i) (particle_colors.h).
 std::span<const std::string_view> residue_groups();
 
-/// Returns the place of a residue's group in residue_groups(). Returns nothing for other residues.
+/// Returns the place of a residue's group in residue_groups(). Returns nothing for residues of no
+/// group.
 std::optional<std::size_t> residue_group(std::string_view residue_name);
 
 }  // namespace parray::input

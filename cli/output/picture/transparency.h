@@ -20,8 +20,8 @@ namespace parray::picture {
 /// The channel of alpha in EXR files.
 inline constexpr const char* alpha_channel = "A";
 
-/// Returns the values of that channel. They belong to `channels`. Empty: the picture has its
-/// background.
+/// Returns the values of that channel, which are valid as long as `channels` is unchanged. Empty:
+/// the picture has its background.
 std::span<const float> alpha_of(const Channels& channels);
 
 /// Premultiplied colour and alpha.
@@ -30,8 +30,9 @@ struct TransparentPixel {
   float alpha = 0;
 };
 
-/// Removes the background from a pixel with mean radiance `mean` over `samples` > 0 samples. The
-/// result is exactly 0 for pixels that show only background, and never negative.
+/// Removes the background from a pixel with mean radiance `mean` over `samples` > 0 samples. `sky`
+/// has the number and the sum of those that hit nothing. The result is exactly 0 for pixels that
+/// show only background, and never negative.
 TransparentPixel without_sky(const std::array<float, 3>& mean, const SkySamples& sky,
                              std::uint32_t samples, const RadianceScale& scale);
 
@@ -45,13 +46,14 @@ std::vector<float> remove_sky(Image& image, std::span<const SkySamples> sky,
 /// Puts a transparent picture on a background of one colour, linear RGB. Clears `alpha`.
 void put_on_background(Image& image, std::vector<float>& alpha, const Vec3d& color);
 
-/// Returns the SHA-256 of a transparent picture: its premultiplied colours, top row first, then
-/// alpha, as little-endian float32.
+/// Returns the SHA-256 of a transparent picture, 64 hexadecimal digits: the premultiplied colours
+/// of all pixels, top row first, then alpha of all pixels, as little-endian float32.
 std::string transparent_sha256(const Image& image, std::span<const float> alpha);
 
 /// Returns the 8-bit codes of a transparent picture for PNG, in the order red, green, blue, alpha.
 /// Divides colours by alpha (unassociated) and encodes them with sRGB. All codes are 0 where the
-/// code of alpha is 0. The values that read_image() returns for such a file give the same codes.
+/// code of alpha is 0. A picture that read_image() reads from such a file gives the same codes
+/// again.
 std::vector<std::uint8_t> transparent_bytes(std::span<const float> rgb,
                                             std::span<const float> alpha);
 

@@ -13,12 +13,13 @@ class PathTracer;
 
 /// Options that change how an accelerator is built, but not the bits of its pictures.
 struct BuildOptions {
-  int threads = 1;  ///< that build
+  int threads = 1;  ///< threads that build, at least 1
 };
 
 /// The shapes of a scene in searchable form for one precision, kind and instruction set, with the
 /// scene's materials and sky. It holds everything that takes time and memory in proportion to the
-/// number of shapes. Code outside it does not depend on these choices.
+/// number of shapes. Other code needs no variant for each precision, kind and instruction set.
+/// make_accelerator() makes one (common/trace/tracer.h).
 ///
 /// Immutable; any number of tracers and threads may share it. It refers to no memory of the scene.
 class Accelerator {
@@ -30,10 +31,11 @@ class Accelerator {
   [[nodiscard]] AcceleratorKind kind() const { return kind_; }
   [[nodiscard]] Isa isa() const { return isa_; }
   [[nodiscard]] const Sky& sky() const { return sky_; }
-  /// Returns the origin of all positions: scene_origin() of the scene, its camera included.
+  /// Returns the origin of all positions: scene_origin() of the scene, which depends on its camera,
+  /// too. Tracers with other cameras use the same origin.
   [[nodiscard]] const Vec3d& origin() const { return origin_; }
   /// Returns the bytes of memory of the search structure and of all shapes: positions, radii and
-  /// indices of materials.
+  /// indices of materials. Does not count the materials and the sky.
   [[nodiscard]] virtual std::size_t bytes() const = 0;
 
  protected:
