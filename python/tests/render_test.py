@@ -246,6 +246,7 @@ class Errors(Test):
                  ("colors: the array has shape (5,)", (positions, None, radii), {}),
                  ("elements: the array has shape (2,)", (positions,), {"elements": ["C", "H"]}),
                  ("colors: a file has its own", (HELIX, None, colors), {}),
+                 ("colors, material: both decide the colour", (HELIX, None, "tab:blue"), {"material": "by-element"}),
                  ("radii: these options are for particles", (SCENE, 0.5), {}),
                  ("material: these options are for particles", (SCENE,), {"material": "plain"}),
                  ("bad.json: the file is not valid JSON: ", (self.folder / "bad.json",), {"sky": {}}),
