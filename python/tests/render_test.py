@@ -200,7 +200,9 @@ class Options(Test):
                 digest = hashlib.sha256(picture.pixels.astype("<f4").tobytes()).hexdigest()
                 self.assertEqual(digest, picture.report["image_sha256"])
         self.refused(parray.InputError, "--legend", parray.render, SCENE, legend=True, **SMALL)
-        self.refused(parray.InputError, "--aov", parray.render, HELIX, legend=True, aov="depth", **size)
+        for options in ({"legend": True}, {"dpi": 300}):
+            said = f"aov: a picture with {next(iter(options))} has no extra channels: render the channels in another call"
+            self.refused(parray.InputError, said, parray.render, HELIX, aov="depth", **options, **size)
 
     def test_denoised_pixels_state_their_own_error(self):
         raw = parray.render(SCENE, width=60, height=40, spp=16)
