@@ -143,7 +143,8 @@ void AutoSceneOptions::add_background_to(Command& command) {
       .option(
           "--background", [this](const std::string& text) { background_ = color_from(text); },
           "Colour of the background, instead of floor or wall: white, black, grey or #RRGGBB "
-          "(sRGB). The light stays the same")
+          "(sRGB). It does not light the particles; in style studio, the light from the floor is "
+          "missing")
       .type_name("COLOR")
       .group(particles_group)
       .special();

@@ -10,6 +10,7 @@
 #include "cli/commands/printing.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/selected_particles.h"
+#include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/scene_writer.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
@@ -54,6 +55,17 @@ std::string reference_in(const ConvertCommand& command, const PackedFile& file) 
   return reference_to(file.path(), command.out);
 }
 
+/// Leaves out the labels that describe particle files, because the new scene refers to none. Keeps
+/// the unit of a scale bar.
+void drop_labels_of_files(SceneFile& scene) {
+  LabelSettings& labels = scene.labels;
+  labels.legend = labels.time_stamp = labels.cell = false;
+  labels.legend_title.clear();
+  if (!labels.scale_bar || !labels.unit.empty() || scene.particle_files.empty()) return;
+  const std::string& unit = scene.particle_files.front().facts.length_unit;
+  if (problem_with_label_text(unit, longest_unit).empty()) labels.unit = unit;
+}
+
 SceneFile converted(const ConvertCommand& command) {
   PackedFile file = PackedFile::of_argument(command.in);
   if (particle_format_of(file) != nullptr) {
@@ -62,7 +74,7 @@ SceneFile converted(const ConvertCommand& command) {
         auto_scene(file, command.particles.source(), command.size.over(auto_scene_settings()),
                    command.auto_scene.viewing(), usable_cpus());
     if (command.expand) {
-      scene.file.labels.cell = false;  // spheres alone have no cell
+      drop_labels_of_files(scene.file);
       return std::move(scene.file);
     }
     std::string& topology = scene.source.topology;
@@ -77,6 +89,7 @@ SceneFile converted(const ConvertCommand& command) {
   }
   SceneFile scene = read_scene_file(file, usable_cpus());
   expand_particles(scene, file.name(), usable_cpus());
+  drop_labels_of_files(scene);
   return scene;
 }
 

@@ -225,8 +225,8 @@ void check_recipe(const Recipe& recipe, const std::string& picture, const std::s
                      ": the picture's scene has scene_sha256 " + start_of(recipe.scene_sha256) +
                      "..., this one " + start_of(scene_sha256) +
                      "...: name the picture's scene. A particle file needs the picture's options, "
-                     "too: add them, or name the scene file that parray convert writes with them "
-                     "and with --width and --height");
+                     "too: add them (parray verify takes none), or name the scene file that parray "
+                     "convert writes with them and with --width and --height");
   }
 }
 

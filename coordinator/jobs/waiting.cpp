@@ -44,9 +44,10 @@ std::string lacking_worker(const WorkerRegistry& workers) {
   if (workers.usable() > 0) return {};
   const bool held_back =
       std::ranges::any_of(workers, [](const auto& w) { return w.second.held_back; });
-  return workers.size() == 0 ? "a worker (none is connected)"
-         : workers.all_drained()
-             ? "a worker (all are drained: readmit one with parray workers readmit NAME)"
+  return workers.size() == 0     ? "a worker (none is connected)"
+         : workers.all_drained() ? "a worker (all are drained: readmit one with parray workers "
+                                   "readmit NAME, or a drained host with parray workers readmit "
+                                   "HOST --host)"
          : held_back
              ? "a worker (all failed at leases that others traced, or are drained or in "
                "quarantine: see parray workers)"

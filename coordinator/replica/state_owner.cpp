@@ -80,11 +80,12 @@ void StateOwner::take_over(const StateOptions& options, spdlog::logger& log,
   const bool earlier = replica.has_taken_over();
   const std::uint64_t generation = serve_alone(*disk_);
   log.warn(
-      "{}: it serves now, as generation {} of the farm's state. To have a standby again, start the "
-      "former primary with --standby, and this coordinator with --replicate-to",
-      earlier ? "this standby has taken over earlier"
+      "{}: it serves now, as generation {} of the farm's state. To have a standby again, start {} "
+      "with --standby, and this coordinator with --replicate-to",
+      earlier ? "this coordinator is no standby, because its state has served without one"
               : "the primary is silent, and this standby has taken over",
-      generation);
+      generation,
+      earlier ? "another coordinator with an empty directory and" : "the former primary");
   fence_ = std::make_unique<Fence>(std::move(server), generation);
 }
 

@@ -61,8 +61,8 @@ function(stage_debian)
   endforeach()
 endfunction()
 
-# Copies libraries to the folder of the modules, and the licences of their packages. Leaves out the C library and MPI,
-# which must be those of the machine.
+# Copies libraries and the font of labels to the folder of the modules, and the licences of their packages. Leaves out
+# the C library and MPI, which must be those of the machine.
 function(bundle root)
   set(target ${root}/lib/parray)
   file(GLOB programs ${root}/bin/*)
@@ -70,8 +70,12 @@ function(bundle root)
   file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${programs} MODULES ${modules}
     RESOLVED_DEPENDENCIES_VAR libraries UNRESOLVED_DEPENDENCIES_VAR missing
     PRE_EXCLUDE_REGEXES "^(ld-linux.*|lib(c|m|dl|pthread|rt|resolv|mvec))\\.so\\." "^lib(mpi|open-rte|open-pal)\\.so\\.")
+  set(font /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf)
+  if(NOT EXISTS ${font})
+    list(APPEND missing ${font})
+  endif()
   if(missing)
-    message(FATAL_ERROR "this machine lacks libraries that the tarball needs: ${missing}")
+    message(FATAL_ERROR "this machine lacks files that the tarball needs: ${missing}")
   endif()
   foreach(library ${libraries})
     get_filename_component(name ${library} NAME)
@@ -81,6 +85,8 @@ function(bundle root)
     file(RPATH_REMOVE FILE ${target}/${name})
     list(APPEND files ${file})
   endforeach()
+  file(COPY_FILE ${font} ${target}/DejaVuSans.ttf)
+  list(APPEND files ${font})
   execute_process(COMMAND dpkg-query -S ${files} OUTPUT_VARIABLE owners ERROR_QUIET)
   string(REGEX MATCHALL "[^\n:]+:[^\n]+\n" owners "${owners}")
   foreach(owner ${owners})

@@ -158,8 +158,11 @@ class Columns(Test):
             self.assertEqual(plain._repr_png_(), named._repr_png_())
             (frame,) = parray.render([particles], **options)
             self.assertEqual(frame.srgb().shape, plain.srgb().shape)
-        unknown, known = (parray.render([[0, 0, 0], [30, 0, 9]], 5, unit=unit, **options) for unit in (None, "angstrom"))
-        self.assertNotEqual(unknown._repr_png_(), known._repr_png_())
+        for elements, check in ((None, self.assertNotEqual), (["C", "O"], self.assertEqual)):
+            first, angstrom = (
+                parray.render([[0, 0, 0], [30, 0, 9]], 5, elements=elements, unit=unit, **options) for unit in (None, "angstrom")
+            )
+            check(first._repr_png_(), angstrom._repr_png_())
 
     def test_numbers_that_particles_with_names_lack_are_refused(self):
         particles = parray.Particles([[0, 0, 0]], numbers={"resid": [1]})

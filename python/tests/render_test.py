@@ -200,7 +200,9 @@ class Options(Test):
                 digest = hashlib.sha256(picture.pixels.astype("<f4").tobytes()).hexdigest()
                 self.assertEqual(digest, picture.report["image_sha256"])
         self.refused(parray.InputError, "--legend", parray.render, SCENE, legend=True, **SMALL)
-        self.refused(parray.InputError, "--aov", parray.render, HELIX, legend=True, aov="depth", **size)
+        for options in ({"legend": True}, {"dpi": 300}):
+            said = f"aov: a picture with {next(iter(options))} has no extra channels: render the channels in another call"
+            self.refused(parray.InputError, said, parray.render, HELIX, aov="depth", **options, **size)
 
     def test_denoised_pixels_state_their_own_error(self):
         raw = parray.render(SCENE, width=60, height=40, spp=16)
@@ -246,6 +248,7 @@ class Errors(Test):
                  ("colors: the array has shape (5,)", (positions, None, radii), {}),
                  ("elements: the array has shape (2,)", (positions,), {"elements": ["C", "H"]}),
                  ("colors: a file has its own", (HELIX, None, colors), {}),
+                 ("colors, material: both decide the colour", (HELIX, None, "tab:blue"), {"material": "by-element"}),
                  ("radii: these options are for particles", (SCENE, 0.5), {}),
                  ("material: these options are for particles", (SCENE,), {"material": "plain"}),
                  ("bad.json: the file is not valid JSON: ", (self.folder / "bad.json",), {"sky": {}}),

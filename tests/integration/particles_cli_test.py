@@ -264,6 +264,15 @@ class Conversions(ParticlesTest):
         self.convert(self.scene, out)
         self.assertEqual(self.identity(out), self.identity(self.scene))
 
+    def test_a_converted_scene_keeps_the_unit_of_its_scale_bar_but_no_label_that_only_a_particle_file_has(self):
+        self.write("box.xyz", "1\nLattice=\"9 0 0 0 9 0 0 0 9\" Properties=species:S:1:pos:R:3 Time=1.5\nAr 1 1 1\n")
+        labels = {"legend": True, "legend_title": "element", "scale_bar": True, "time_stamp": True, "cell": True, "text": "argon"}
+        self.scene.write_text(json.dumps({**SCENE, "labels": labels, "particles": [{"file": "box.xyz", "color_by": "element"}]}))
+        out = self.path("out.json")
+        self.convert(self.scene, out)
+        self.assertEqual(json.loads(out.read_text())["labels"], {"scale_bar": True, "unit": "angstrom", "text": "argon"})
+        self.assertEqual(self.identity(out), self.identity(self.scene))
+
     def test_sticks_arrows_and_cells_that_a_file_lacks_are_refused_in_one_line(self):
         for options, mentions in ((["--bonds", "file"], "--bonds: the file states no bonds"),
                                   (["--arrows", "velocity"], "--arrows: the file has no vectors 'velocity'"),

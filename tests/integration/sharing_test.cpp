@@ -392,7 +392,10 @@ TEST_CASE("a drained worker completes its leases and gets no more, also after a 
   CHECK(service.worker("bob").at("state") == "ready");
   CHECK(drain("attic", true).workers.size() == 2);
   CHECK(drain("eve", false).workers.size() == 1);
-  CHECK(contains(service.job(job).at("waits_for"), "a worker (all are drained"));
+  CHECK(
+      service.job(job).at("waits_for") ==
+      "a worker (all are drained: readmit one with parray workers readmit NAME, or a drained host "
+      "with parray workers readmit HOST --host)");
   service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "eve"});
   CHECK(service.job(job).at("waits_for") == "");
   service.restart();

@@ -290,6 +290,23 @@ class BetweenHosts(LongJobs):
             with Farm("--state", state) as alone:
                 self.assertEqual(alone.fetch(job)["image_sha256"], digest)
 
+    def test_an_old_primary_that_has_served_alone_says_why_it_serves_despite_standby(self):
+        def stop(coordinator):
+            coordinator.send_signal(signal.SIGTERM)
+            coordinator.wait()
+
+        with Twins() as farm:
+            farm.wait_until_in_step()
+            stop(farm.coordinator)
+            self.end_standby(farm)
+            farm.options = ["--state", farm.directory / "first"]
+            farm.start_coordinator()
+            stop(farm.coordinator)
+            old = farm._start("parray-coordinator", "--coordinator", farm.bind, "--standby", farm.link, *farm.options)
+            wait_for(lambda: "serves tcp" in old.log.read_text(), "the old primary to serve")
+            self.assertIn("no standby, because its state has served without one", old.log.read_text())
+            self.assertIn("start another coordinator with an empty directory and with --standby", old.log.read_text())
+
     def test_with_keys_only_the_coordinators_own_key_is_let_in(self):
         with tempfile.TemporaryDirectory() as directory:
             for name in ("ours", "others"):

@@ -155,7 +155,7 @@ class Verdicts(VerifyTest):
         for words in (["render", "-q", "-o", self.path("a.exr"), "--spp", "4", atoms], ["convert", atoms, scene]):
             result = run(*words, "--style", "flat", *size)
             self.assertEqual(result.returncode, 0, result.stderr)
-        self.refused_picture(self.path("a.exr"), atoms, mentions="or name the scene file that parray convert writes")
+        self.refused_picture(self.path("a.exr"), atoms, mentions="(parray verify takes none), or name the scene file that parray convert writes")
         self.verified(self.path("a.exr"), scene, "--all")
 
 

@@ -72,7 +72,8 @@ class Tarball(Scratch):
         output("tar", "-xzf", tarball, "-C", root / "home")
         home = next((root / "home").iterdir())
         self.assertRegex(home.name, r"^parray-[0-9.]+-linux-\w+$")
-        self.assertTrue((home / "share/doc/parray/licences/libzmq5").read_text())
+        for package in ("libzmq5", "fonts-dejavu-core"):
+            self.assertTrue((home / "share/doc/parray/licences" / package).read_text())
         (root / "tmp").chmod(0o777)
 
         def run(program, *arguments):
@@ -85,6 +86,7 @@ class Tarball(Scratch):
         options = ["--width", "48", "--height", "32", "--spp", "4"]
         run("parray", "render", scene, *options, "-o", "/tmp/picture.exr", "--report", "/tmp/report.json")
         run("parray", "verify", "/tmp/picture.exr", scene)  # reads it, by the module of pictures
+        run("parray", "render", scene, "--width", "240", "--height", "160", "--spp", "1", "--text", "spheres", "-o", "/tmp/text.png")
         there = json.loads((root / "tmp/report.json").read_text())["image_sha256"]
         output(BIN / "parray", "render", SOURCE / "scenes/one-weekend-8.json", *options, "-o", self.directory / "here.exr",
                "--report", self.directory / "here.json")

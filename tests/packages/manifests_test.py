@@ -134,6 +134,11 @@ class OfAPiece(unittest.TestCase):
             self.skipTest("this parray-coordinator has no --http")
         self.assertEqual(self.known("parray-coordinator", words), [])
 
+    def test_no_annotation_asks_prometheus_to_scrape_without_the_token_that_keys_require(self):
+        template = patched(of_kind("StatefulSet"), documents("http-probes.yaml")[0])["spec"]["template"]
+        self.assertIn("--keys", template["spec"]["containers"][0]["args"])
+        self.assertFalse([name for name in template["metadata"].get("annotations", {}) if "prometheus.io" in name])
+
     def test_names_of_kubernetes_resources_agree(self):
         service, coordinator = of_kind("Service"), of_kind("StatefulSet")
         worker, scaler = of_kind("Deployment"), of_kind("HorizontalPodAutoscaler")

@@ -17,7 +17,7 @@ namespace parray::input {
 enum class NumberScale : std::uint8_t {
   linear,     ///< in equal steps of the number
   log,        ///< in equal steps of its logarithm; numbers that are not above 0 count as unknown
-  categories  ///< each number has a colour of its own
+  categories  ///< each number is a category; 24 colours in turn
 };
 /// Words for NumberScale, in the order of the enumeration.
 inline constexpr std::array<std::string_view, 3> number_scale_words{"linear", "log", "categories"};

@@ -110,7 +110,7 @@ void look_fields(F&& f, S&... s) {
     particle_rules::range, s.coloring.range...);
   f({"color_scale",
      "How numbers get colours. log: in equal steps of the logarithm, for numbers above 0. "
-     "categories: each number has its own colour (default: linear)",
+     "categories: each number is a category, with one of 24 colours in turn (default: linear)",
      special},
     particle_rules::color_scale, s.coloring.scale...);
 }

@@ -9,8 +9,8 @@
 
 namespace parray::labels {
 
-/// Returns the file of DejaVu Sans: the one beside ParRay's modules, which Python's wheel contains,
-/// otherwise that of Debian's package fonts-dejavu-core.
+/// Returns the file of DejaVu Sans: the one beside ParRay's modules, which the tarball and Python's
+/// wheel contain, otherwise that of Debian's package fonts-dejavu-core.
 std::filesystem::path label_font();
 
 /// Draws text in one font and size with FreeType, without hinting and placed to 1/64 of a pixel, so

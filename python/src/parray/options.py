@@ -8,6 +8,8 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Callable, Literal, TypedDict, TypeVar, Union
 
+from .errors import InputError
+
 if TYPE_CHECKING:
     import numpy.typing as npt
 
@@ -188,9 +190,13 @@ def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict
     return scene, asked
 
 
-def is_drawn_on(options: Mapping[str, Any]) -> bool:
-    """Returns whether the PNG picture has labels, postprocessing or a background of its own."""
-    return any(options.get(name, False) is not False for name in (*_DRAWN, "background"))
+def drawn_by(options: Mapping[str, Any]) -> list[str]:
+    """Returns the options that give the PNG picture labels, postprocessing or a background of its own. Raises InputError
+    if the options also ask for channels, which PNG pictures do not have."""
+    drawn = [name for name in (*_DRAWN, "background") if options.get(name, False) is not False]
+    if drawn and "aov" in options:
+        raise InputError(f"aov: a picture with {', '.join(drawn)} has no extra channels: render the channels in another call")
+    return drawn
 
 
 def as_arguments(options: Mapping[str, Any]) -> list[str]:

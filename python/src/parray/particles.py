@@ -67,7 +67,8 @@ class Particles:
         self.cell = None if cell is None else _cell(cell)
         self.origin = _numbers("origin", origin, np.float64)
         self.time = time
-        self.unit = unit or (None if self.elements is None else "angstrom")
+        self.unit = unit
+        self._decide_unit()
         for columns in (numbers or {}, texts or {}):
             for name, values in columns.items():
                 self.add(name, values)
@@ -110,7 +111,12 @@ class Particles:
         for name, check in (("radii", self._radii), ("colors", self._colors), ("elements", self._elements)):
             if columns.get(name) is not None:
                 setattr(other, name, check(columns[name]))
+        other._decide_unit()
         return other
+
+    def _decide_unit(self) -> None:
+        """Without a unit, particles with elements are in angstrom."""
+        self.unit = self.unit or (None if self.elements is None else "angstrom")
 
     def with_more(self, others: Sequence[tuple[Particles, npt.NDArray[np.intp]]]) -> Particles:
         """Returns a copy that also contains the chosen particles of others. These need the same columns."""

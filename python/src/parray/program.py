@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy.typing as npt
 
 from .errors import Interrupted, InputError, ParRayError, ParRayWarning, ProgramNotFound, RenderError
-from .options import RenderOptions, as_arguments, is_drawn_on, shows_keywords, split
+from .options import RenderOptions, as_arguments, drawn_by, shows_keywords, split
 from .picture import Picture, Pictures
 from .progress import PreviewFile, Progress, ProgressOption, Shower, shower_for
 from .scene import prepare, with_labels_of
@@ -119,7 +119,7 @@ class _Render:
         self._exr = folder / "picture.exr"
         self._png = folder / "picture.png"
         # Only PNG pictures have labels and postprocessing; then the preview receives the floats. A style may add outlines.
-        self._drawn = is_drawn_on(options) or (scene.get("style", "studio") != "studio" and "aov" not in options)
+        self._drawn = bool(drawn_by(options)) or (scene.get("style", "studio") != "studio" and "aov" not in options)
         self._preview = PreviewFile(self._exr if self._drawn else self._png)
         self._said: list[str] = []
         # A separate folder, because the names of input files are arbitrary.

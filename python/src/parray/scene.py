@@ -243,7 +243,9 @@ def _rules_of_file(
 ) -> tuple[list[str], Union[str, Mapping[str, Any], None]]:
     """Returns the options for the columns that a file accepts, one radius and one colour for all, and the material."""
     colors = columns.get("colors")
-    if colors is not None and np.ndim(colors) == (0 if isinstance(colors, str) else 1) and material is None:
+    if colors is not None and np.ndim(colors) == (0 if isinstance(colors, str) else 1):
+        if material is not None:
+            raise InputError("colors, material: both decide the colour of all particles of a file: leave out one of them")
         color = np.asarray(Particles([[0, 0, 0]], 1, colors).colors)[0]
         linear = srgb_to_linear(color / 255) if color.dtype == np.uint8 else color
         material = {"type": "diffuse", "albedo": linear.tolist()}
