@@ -8,8 +8,6 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Callable, Literal, TypedDict, TypeVar, Union
 
-from .errors import InputError
-
 if TYPE_CHECKING:
     import numpy.typing as npt
 
@@ -191,12 +189,8 @@ def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict
 
 
 def drawn_by(options: Mapping[str, Any]) -> list[str]:
-    """Returns the options that give the PNG picture labels, postprocessing or a background of its own. Raises InputError
-    if the options also ask for channels, which PNG pictures do not have."""
-    drawn = [name for name in (*_DRAWN, "background") if options.get(name, False) is not False]
-    if drawn and "aov" in options:
-        raise InputError(f"aov: a picture with {', '.join(drawn)} has no extra channels: render the channels in another call")
-    return drawn
+    """Returns the options that give the PNG picture labels, postprocessing or a background of its own."""
+    return [name for name in (*_DRAWN, "background") if options.get(name, False) is not False]
 
 
 def as_arguments(options: Mapping[str, Any]) -> list[str]:

@@ -119,7 +119,10 @@ class _Render:
         self._exr = folder / "picture.exr"
         self._png = folder / "picture.png"
         # Only PNG pictures have labels and postprocessing; then the preview receives the floats. A style may add outlines.
-        self._drawn = bool(drawn_by(options)) or (scene.get("style", "studio") != "studio" and "aov" not in options)
+        drawn = drawn_by(options)
+        if drawn and "aov" in options:
+            raise InputError(f"aov: a picture with {', '.join(drawn)} has no extra channels: render the channels in another call")
+        self._drawn = bool(drawn) or (scene.get("style", "studio") != "studio" and "aov" not in options)
         self._preview = PreviewFile(self._exr if self._drawn else self._png)
         self._said: list[str] = []
         # A separate folder, because the names of input files are arbitrary.
