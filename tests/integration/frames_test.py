@@ -102,7 +102,6 @@ class Kinds(FrameCase):
             alone = scene(particles=[{"file": "dance.xyz", "frame": frame}])
             self.assertEqual(self.written(frame), self.rendered("alone", alone))
 
-
     def test_another_width_in_print_is_another_series(self):
         write(self.directory / "scene-1.json", scene())
         with Farm() as farm:
