@@ -192,7 +192,11 @@ void FrameScenes::fix_particles(const std::vector<std::uint32_t>& frames, bool t
     shared_ = std::move(scene);
     axis_ = axis;
   };
-  make();
+  if (frames.size() > 1) {
+    of_frame(frames.front(), make);
+  } else {
+    make();
+  }
   if (frames.size() == 1 && !turns) return;
   viewing.turns = turns;
   FixedLooks looks;

@@ -278,6 +278,28 @@ class Several(Test):
         self.assertEqual((self.folder / "view-01.png").read_bytes(), pictures[1]._repr_png_())
         self.refused(parray.InputError, "view-####.png", pictures.save, "view.png")
 
+    def test_a_logarithmic_scale_of_frames_begins_at_the_least_number_above_0(self):
+        frames = [np.array([[-1, 0, 0], [2, 0, 0], [4, 1, 0.0]]), np.array([[0, 0, 0], [3, 0, 0], [8, 1, 0.0]])]
+        lines = [f"{len(f)}\n\n" + "".join(f"C {x} {y} {z}\n" for x, y, z in f) for f in frames]
+        (self.folder / "run.xyz").write_text("".join(lines))
+        for source, options in ((frames, {}), (self.folder / "run.xyz", {"frames": "all"})):
+            with self.assertWarnsRegex(parray.ParRayWarning, "without a positive x"):
+                pictures = parray.render(source, 0.2, color_by="x", color_scale="log", **options, **SMALL)
+            self.assertEqual([(legend_of(p)["low"], legend_of(p)["high"]) for p in pictures], [(2, 8)] * 2)
+
+    def test_numbers_as_categories_of_frames_are_refused_with_a_remedy(self):
+        with self.assertRaisesRegex(parray.InputError, "^color_scale: .*give an array of texts"):
+            parray.render([self.positions] * 2, 0.2, color_by="x", color_scale="categories", **SMALL)
+
+    def test_the_range_of_a_fraction_of_the_cell_is_not_that_of_forces_with_its_name(self):
+        frame = ("ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS pp pp pp\n0 4\n0 4\n0 4\n"
+                 "ITEM: ATOMS id type x y z fx fy fz\n1 1 1 1 1 50 0 0\n2 1 2 3 3 -30 1 0\n")  # fmt: skip
+        (self.folder / "run.dump").write_text(frame.format(0) + frame.format(1))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            pictures = parray.render(self.folder / "run.dump", 0.2, color_by="fx", frames="all", **SMALL)
+        self.assertEqual([(legend_of(p)["low"], legend_of(p)["high"]) for p in pictures], [(0.25, 0.5)] * 2)
+
     def test_an_angle_of_view_or_a_height_fits_any_view(self):
         """With an angle of view alone, the camera moves so that the picture contains the same."""
         options = {"view": "iso", "style": "flat", "transparent": True, **LARGE}

@@ -315,6 +315,7 @@ class Refusals(FilmCase):
                 ("a.mp4", ["--frames", "2:1000:5"], "has 6 frames, 0 to 5: write at most 2:5:5\n"),
                 ("a.mp4", ["--select", "element C and speed < 1"], f"parray: {self.run_file}: --select: "),
                 ("a.mp4", ["--select", "element C and speed < 1"], " (this is frame 1; --frames chooses others)\n"),
+                ("a.mp4", ["--select", "speed > 0"], " (this is frame 0; --frames chooses others)\n"),
                 ("a.mp4", ["--frames", "5-1"], "is not a range of frames"),
                 ("a.mp4", ["--count", "3"], "--count: "),
                 ("a.mp4", ["--frame", "0"], "add --turntable 360 or --camera-path"),

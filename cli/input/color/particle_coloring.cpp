@@ -86,7 +86,7 @@ std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring) {
 }
 
 std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring) {
-  if (coloring.empty() || is_category(coloring.by) || !is_number_column(coloring.by)) return {};
+  if (coloring.empty() || is_category(coloring.by) || !is_requested_column(coloring.by)) return {};
   return {coloring.by};
 }
 

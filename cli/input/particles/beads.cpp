@@ -58,6 +58,30 @@ double nearest_to(std::size_t place, const std::vector<Vec3d>& sorted) {
   return nearest;
 }
 
+/// A look with rules that the user and the file leave open.
+struct OpenLook {
+  ParticleLook* look;
+  bool colors;   ///< the colours are open
+  double share;  ///< of the radius at which neighbours touch; 0: the radius is not open
+};
+
+/// Returns the look of `source` if a rule is open; if it has representations, theirs instead.
+std::vector<OpenLook> open_looks(const Particles& particles, ParticleSource& source) {
+  std::vector<OpenLook> open;
+  const auto add = [&](ParticleLook& look, const ParticleLook& complete) {
+    const bool colors = particles.colors.empty() && complete.coloring.empty() &&
+                        complete.material.rule == ParticleMaterial::Rule::automatic;
+    const bool radius = particles.radii.empty() && complete.radius_by.empty() &&
+                        complete.radius.rule == ParticleRadius::Rule::automatic &&
+                        complete.style != ParticleStyle::sticks;
+    const double share = complete.style == ParticleStyle::balls_and_sticks ? 0.5 : 1;
+    if (colors || radius) open.push_back({&look, colors, radius ? share : 0});
+  };
+  if (source.shows.empty()) add(source.look, source.look);
+  for (Representation& show : source.shows) add(show.look, completed(show.look, source.look));
+  return open;
+}
+
 }  // namespace
 
 double typical_distance(std::span<const Vec3d> positions) {
@@ -92,24 +116,30 @@ bool are_beads(const Particles& particles) {
 }
 
 void decide_for_beads(Particles& particles, ParticleSource& source) {
-  const bool open_colors = source.look.coloring.empty() && particles.colors.empty() &&
-                           source.look.material.rule == ParticleMaterial::Rule::automatic;
-  const bool open_radius = particles.radii.empty() && source.look.radius_by.empty() &&
-                           source.look.radius.rule == ParticleRadius::Rule::automatic;
-  if ((!open_colors && !open_radius) || !are_beads(particles)) return;
+  const std::vector<OpenLook> looks = open_looks(particles, source);
+  if (looks.empty() || !are_beads(particles)) return;
+  const bool sized =
+      std::ranges::any_of(looks, [](const OpenLook& open) { return open.share > 0; });
+  const double touching = sized ? typical_distance(particles.positions) / 2 : 0;
+  bool colored = false;
+  bool whole = false;
+  bool half = false;
+  for (const OpenLook& open : looks) {
+    if (open.colors) {
+      open.look->coloring.by = particles.atom_names.empty() ? "type" : "atom";
+      colored = true;
+    }
+    const double radius = open.share * touching;
+    if (radius < ranges::length.least) continue;
+    open.look->radius = {ParticleRadius::Rule::fixed, radius};
+    (open.share < 1 ? half : whole) = true;
+  }
   std::string text = in_number(particles.count(), "bead, whose name is no element",
                                "beads, whose names are no elements");
-  if (open_colors) {
-    source.look.coloring.by = particles.atom_names.empty() ? "type" : "atom";
-    text += ": coloured by name";
-  }
-  const bool sticks = source.look.style == ParticleStyle::balls_and_sticks;
-  const double touching = open_radius ? typical_distance(particles.positions) / 2 : 0;
-  const double radius = sticks ? touching / 2 : touching;
-  if (radius >= ranges::length.least) {
-    source.look.radius = {ParticleRadius::Rule::fixed, radius};
-    text += std::string(open_colors ? "," : ":") + " with " + (sticks ? "half " : "") +
-            "the radius at which neighbours touch";
+  if (colored) text += ": coloured by name";
+  if (whole || half) {
+    text += std::string(colored ? "," : ":") + " with " + (whole ? "" : "half ") +
+            "the radius at which neighbours touch" + (whole && half ? ", or half of it" : "");
   }
   std::vector<ParticleNote>& notes = particles.facts.notes;
   std::erase_if(notes, [](const ParticleNote& note) {

@@ -85,7 +85,7 @@ std::string text_of(const RadiusScale& scale) {
 }
 
 std::set<std::string, std::less<>> numbers_of(const RadiusScale& scale) {
-  if (scale.empty() || !is_number_column(scale.by)) return {};
+  if (scale.empty() || !is_requested_column(scale.by)) return {};
   return {scale.by};
 }
 

@@ -128,6 +128,31 @@ std::set<std::string, std::less<>> numbers_of(const ParticleLook& look) {
   return numbers;
 }
 
+/// Returns the numbers by which the source selects, colours and sizes particles, except slices.
+std::set<std::string, std::less<>> numbers_of(const ParticleSource& source) {
+  std::set<std::string, std::less<>> numbers = input::numbers_of(source.filter);
+  numbers.merge(numbers_of(source.look));
+  for (const Representation& show : source.shows) {
+    numbers.merge(input::numbers_of(ParticleFilter{.select = show.select, .slice = {}}));
+    numbers.merge(numbers_of(show.look));
+  }
+  numbers.merge(input::numbers_of(source.cell));
+  return numbers;
+}
+
+/// Adds a note for each column of the file that has the name of a number of ParRay's own, if the
+/// source uses this number.
+void note_hidden_columns(const ParticleSource& source, Particles& particles) {
+  for (const std::string& name : numbers_of(source)) {
+    if (is_number_column(name) || particles.numbers_named(name) == nullptr) continue;
+    particles.facts.notes.push_back(
+        {"hidden_column", particles.count(),
+         particles_word(particles.count()) + " with a column " + name +
+             " that is not used: " + name + " is " +
+             (name == "index" ? "the position in the file" : "a fraction of the cell")});
+  }
+}
+
 /// Returns what the frames of a film must agree on for the look of this part.
 PartLook look_of(const SelectedPart& part, const Legend& legend) {
   PartLook look{
@@ -165,13 +190,7 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
   ParticleRequest request{
       .frame = source.frame, .alternatives = source.alternatives, .threads = threads};
   if (!source.topology.empty()) request.topology = folder / source.topology;
-  request.numbers = input::numbers_of(source.filter);
-  request.numbers.merge(numbers_of(source.look));
-  for (const Representation& show : source.shows) {
-    request.numbers.merge(input::numbers_of(ParticleFilter{.select = show.select, .slice = {}}));
-    request.numbers.merge(numbers_of(show.look));
-  }
-  request.numbers.merge(input::numbers_of(source.cell));
+  request.numbers = numbers_of(source);
   request.numbers.merge(numbers_of_arrows(source.arrows));
   return request;
 }
@@ -190,6 +209,7 @@ SelectedParticles parts_of(Particles particles, PackedFile& file, const Particle
                            const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
   const std::size_t count = particles.count();
+  note_hidden_columns(source, particles);
   std::vector<DrawnBond> bonds = bonds_to_draw(source, particles);
   const double stick_radius = draws_sticks(source) ? stick_radius_of(particles, bonds) : 0;
   ParticleArrows arrows = arrows_to_draw(source, particles, file, request);

@@ -47,6 +47,10 @@ bool is_number_column(std::string_view name) {
   return std::ranges::find(own_numbers, name) == own_numbers.end();
 }
 
+bool is_requested_column(std::string_view name) {
+  return is_number_column(name) || name == "fx" || name == "fy" || name == "fz" || name == "index";
+}
+
 std::optional<NumberSource> NumberSource::of(std::string_view name, const Particles& particles) {
   NumberSource out;
   out.particles_ = &particles;
@@ -104,6 +108,7 @@ bool is_length_number(std::string_view name) {
 
 std::string unit_of(std::string_view name, const Particles& particles) {
   if (is_length_number(name)) return particles.facts.length_unit;
+  if (!is_number_column(name)) return {};
   const NumberColumn* const column = particles.numbers_named(name);
   return column == nullptr ? "" : column->unit;
 }
@@ -113,7 +118,9 @@ std::vector<std::string> number_names(const Particles& particles) {
   for (const std::string_view name : own_numbers) {
     if (NumberSource::of(name, particles)) names.emplace_back(name);
   }
-  for (const NumberColumn& column : particles.numbers) names.push_back(column.name);
+  for (const NumberColumn& column : particles.numbers) {
+    if (is_number_column(column.name)) names.push_back(column.name);
+  }
   return names;
 }
 

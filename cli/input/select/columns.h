@@ -33,6 +33,10 @@ std::string columns_of(const Particles& particles);
 /// on request. All names do, except those that the comment on NumberSource lists.
 bool is_number_column(std::string_view name);
 
+/// Returns whether readers should load a numeric column of this name, if the file has one. These
+/// are the names of is_number_column(), and fx, fy, fz and index, whose column a note reports.
+bool is_requested_column(std::string_view name);
+
 /// A number that each particle has. It is a numeric column of the file or one of: x, y, z, radius,
 /// index, resid (the residue's number), fx, fy, fz. `index` is Particles::index_of(), so hidden
 /// particles count. fx, fy and fz are fractions of the cell along its edges a, b, c: 0 to 1 inside.

@@ -19,7 +19,7 @@ namespace {
 using Kind = Expression::Kind;
 
 void collect_numbers(const Expression& expression, std::set<std::string, std::less<>>& numbers) {
-  if (expression.kind == Kind::property && is_number_column(expression.word)) {
+  if (expression.kind == Kind::property && is_requested_column(expression.word)) {
     numbers.insert(expression.word);
   }
   for (const Expression& part : expression.parts) collect_numbers(part, numbers);

@@ -178,9 +178,12 @@ void move_apart(std::array<Point, 3>& points, double distance) {
 
 [[noreturn]] void fail_to_fit(const Block& block, double width, double height,
                               const std::string& other) {
+  std::string key = block.name.substr(2);
+  std::ranges::replace(key, '-', '_');
   throw InputError(block.name + ": the label does not fit into " + number_text(width) + " x " +
                    number_text(height) + " pixels" + (other.empty() ? "" : " beside " + other) +
-                   ": use a smaller --font-size");
+                   ": use a smaller --font-size, or leave out " + block.name + ", or " + key +
+                   " in the scene file");
 }
 
 bool is_top(Corner corner) { return corner == Corner::top_left || corner == Corner::top_right; }

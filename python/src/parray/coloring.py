@@ -68,10 +68,16 @@ def _word_for(particles: Particles, by: str) -> str:
 
 
 def needs_range(options: Mapping[str, Any]) -> bool:
-    """Returns whether `color_by` is a number, and `range` has no numbers for it. Raises InputError for percentages."""
+    """Returns whether `color_by` is a number, and `range` has no numbers for it. Raises InputError for percentages, and for
+    numbers that are categories."""
     by, given = options.get("color_by"), options.get("range")
     if not isinstance(by, str) or column_name(by) in ("element", "type", "chain", "atom", "residue"):
         return False
+    if options.get("color_scale") == "categories":
+        raise InputError(
+            "color_scale: numbers as categories would have other colours in each frame: give an array of texts, or make a "
+            "film of the file with `parray film`"
+        )
     if given is None:
         return True
     ends_given = given.split(":") if isinstance(given, str) else given

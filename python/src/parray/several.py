@@ -144,7 +144,7 @@ def _of_frames(frames: list[_Frame], radii: Any, colors: Any, options: dict[str,
         if by is not None:
             scene_options["color_by"] = words["color_by"]
         if needs_range(scene_options):
-            probe = _hides(scene_options) or scene_options["color_by"] in _FRACTIONS
+            probe = _hides(scene_options) or scene_options["color_by"] in _FRACTIONS or _is_log(scene_options)
             limits = _limits_of_shown([(some, {}) for some in particles], scene_options, folder, tools) if probe else None
             scene_options["range"] = limits or range_over(particles, scene_options)
         if particles[0].radii is None and particles[0].elements is None:
@@ -191,7 +191,8 @@ def _of_files(
         raise InputError(_MIXED)
     numbers = [{} if frame.number is None else {"frame": frame.number} for frame in frames]
     if needs_range(scene_options):
-        limits = None if _hides(scene_options) else _limits_of_files(frames, scene_options, tools)
+        probe = _hides(scene_options) or _is_log(scene_options)
+        limits = None if probe else _limits_of_files(frames, scene_options, tools)
         sources = list(zip([frame.source for frame in frames], numbers))
         scene_options["range"] = limits or _limits_of_shown(sources, scene_options, folder, tools)
     scene = _scene(frames[0].source, {**scene_options, **numbers[0]}, settings, folder / "first", tools, radii, colors)
@@ -205,6 +206,11 @@ def _of_files(
 def _hides(options: Mapping[str, Any]) -> bool:
     """Returns whether options may hide particles."""
     return any(name in options for name in ("select", "slice", "hide"))
+
+
+def _is_log(options: Mapping[str, Any]) -> bool:
+    """Returns whether the colours have a logarithmic scale, which only numbers above 0 determine."""
+    return options.get("color_scale") == "log"
 
 
 def _limits_of_shown(
@@ -235,7 +241,10 @@ def _limits_of_files(frames: list[_Frame], options: Mapping[str, Any], tools: To
 
 
 def _limits_of(facts: Mapping[str, Any], by: str) -> Optional[tuple[float, float]]:
-    """Returns the smallest and the largest number of a file. Returns None if it has no such column."""
+    """Returns the smallest and the largest number of a file. Returns None if it has no such column, or if the program
+    has a number of its own with this name."""
+    if by in (*_FRACTIONS, "index"):
+        return None
     if by in ("x", "y", "z") and "box" in facts:
         return facts["box"]["low"]["xyz".index(by)], facts["box"]["high"]["xyz".index(by)]
     found = facts.get("properties", {}).get(by)

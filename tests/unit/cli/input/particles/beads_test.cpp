@@ -37,6 +37,14 @@ std::string gro(const std::vector<std::string>& names, const std::string& residu
   return text + "   9.00000   9.00000   9.00000\n";
 }
 
+/// The text of the note about beads. Empty: there is none.
+std::string note_of_beads(const AutoScene& scene) {
+  for (const ParticleNote& note : scene.file.particle_files.at(0).facts.notes) {
+    if (note.key == "beads") return note.text;
+  }
+  return {};
+}
+
 const std::vector<std::string> lipid{"NC3", "PO4", "GL1", "GL2", "C1A", "C2A",
                                      "C3A", "C4A", "C1B", "C2B", "C3B", "C4B"};
 
@@ -88,6 +96,33 @@ TEST_CASE("rules that the user gives win over those of beads") {
   const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47), source);
   CHECK(scene.source.look.coloring.by.empty());
   CHECK(scene.source.look.radius.value == 1);
+}
+
+TEST_CASE("each representation of beads gets the open rules that fit its style") {
+  using Rule = ParticleRadius::Rule;
+  ParticleSource source;
+  ParticleLook balls{.style = ParticleStyle::balls_and_sticks};
+  ParticleLook plain{.material = {ParticleMaterial::Rule::named, "plain"}};
+  plain.radius = {Rule::fixed, 1};
+  ParticleLook sticks{.style = ParticleStyle::sticks};
+  source.shows = {{"all", {}}, {"index 0", balls}, {"index 1", plain}, {"index 2", sticks}};
+  const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47), source);
+  const std::vector<Representation>& shows = scene.source.shows;
+  CHECK(shows[0].look.radius.value == doctest::Approx(4.7 / 2));
+  CHECK(shows[1].look.radius.value == doctest::Approx(4.7 / 4));
+  CHECK(shows[1].look.coloring.by == "atom");
+  CHECK(shows[2].look.radius.value == 1);
+  CHECK(shows[2].look.coloring.empty());
+  CHECK(shows[3].look.radius.rule != Rule::fixed);
+  CHECK(note_of_beads(scene).ends_with(
+      ": coloured by name, with the radius at which neighbours touch, or half of it"));
+}
+
+TEST_CASE("the note of beads names no radius that sticks replace") {
+  ParticleSource source;
+  source.look.style = ParticleStyle::sticks;
+  const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47), source);
+  CHECK(note_of_beads(scene).ends_with("whose names are no elements: coloured by name"));
 }
 
 TEST_CASE("the typical distance is that of nearest neighbours, whatever the direction") {

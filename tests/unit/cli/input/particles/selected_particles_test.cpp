@@ -2,9 +2,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_spheres.h"
@@ -276,6 +278,30 @@ TEST_CASE("an automatic scene with missing columns is refused") {
         files.file("grains.csv") + " has no types: use column or plain");
   CHECK(refusal("atoms.xyz", "plain", "column") ==
         files.file("atoms.xyz") + " has no radii: use by-element or a number");
+}
+
+TEST_CASE("a column with the name of a fraction of the cell is not used, and a note says so") {
+  const ParticleScene files;
+  files.write("forces.csv", "x,y,z,fx [N],fy,fz\n0,0,0,5,0,0\n1,0,0,-3,1,0\n4,2,0,0,0,7\n");
+  ParticleSource source;
+  source.look.coloring.by = "fx";
+  source.arrows = "force";
+  const AutoScene scene = auto_scene(files.file("forces.csv"), source, auto_scene_settings());
+  const std::vector<Legend>& legends = scene.file.legends;
+  const auto legend = std::ranges::find(legends, "fx", &Legend::title);
+  REQUIRE(legend != legends.end());
+  CHECK(legend->low == 0);
+  CHECK(legend->high == 1);
+  CHECK(legend->unit.empty());
+  const std::vector<ParticleNote>& notes = scene.file.particle_files[0].facts.notes;
+  REQUIRE(notes.size() == 1);
+  CHECK(notes[0].count == 3);
+  CHECK(notes[0].text ==
+        "particles with a column fx that is not used: fx is a fraction of the cell");
+  source.look.coloring.by = "x";
+  source.filter.slice = "x=0%:100%";
+  const AutoScene sliced = auto_scene(files.file("forces.csv"), source, auto_scene_settings());
+  CHECK(sliced.file.particle_files[0].facts.notes.empty());
 }
 
 }  // namespace parray

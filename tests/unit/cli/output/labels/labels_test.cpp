@@ -151,7 +151,8 @@ TEST_CASE("a legend of many names gets columns, and one that does not fit is ref
   Labels{content};
   content.legends = {elements(500)};
   CHECK(refusal(content) ==
-        "--legend: the label does not fit into 600 x 300 pixels: use a smaller --font-size");
+        "--legend: the label does not fit into 600 x 300 pixels: use a smaller --font-size, or "
+        "leave out --legend, or legend in the scene file");
   content.legends = {elements(14)};
   content.settings.text = std::string(50, 'm');
   CHECK(refusal(content).starts_with(
