@@ -139,10 +139,9 @@ std::string_view Job::shown_state() const {
 }
 
 double Job::samples_per_second(Time now) const {
-  const bool begun = work && work->started != never && now > work->started;
-  if (!begun || work->samples <= work->samples_before) return 0;
-  return static_cast<double>(work->samples - work->samples_before) /
-         to_seconds(now - work->started);
+  if (!begun() || work->samples <= work->samples_before) return 0;
+  const double taken = seconds_taken(now) - work->taken_before;
+  return taken > 0 ? static_cast<double>(work->samples - work->samples_before) / taken : 0;
 }
 
 json job_summary(const Job& job, Time now, const std::string& waits_for) {

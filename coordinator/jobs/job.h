@@ -42,6 +42,7 @@ struct JobWork : RunState {
   Time error_at = never;             ///< latest estimate of the error within a pass
   PartialError error_so_far;         ///< while some pixels have fewer than two samples
   std::uint64_t samples_before = 0;  ///< samples at the first grant
+  double taken_before = 0;           ///< JobCourse::taken at the first grant
   double pass_progress = 0;          ///< Job::progress() at the begin of the pass
   std::uint64_t pass_samples = 0;    ///< samples at the begin of the pass
   double deciding = 0;               ///< seconds that the latest decision on a pass took
@@ -107,8 +108,8 @@ struct Job {
   [[nodiscard]] bool tracing() const { return phase == JobPhase::tracing; }
   /// Returns the state that clients see: that of the record, or a temporary one.
   [[nodiscard]] std::string_view shown_state() const;
-  /// Returns the mean speed since the first lease in this process, pauses included. 0: not known
-  /// yet, or the job has ended.
+  /// Returns the mean speed since the first lease in this process, without pauses by clients. 0:
+  /// not known yet, or the job has ended.
   [[nodiscard]] double samples_per_second(Time now) const;
   /// Returns the share of the work that is done, 0 to 1. With an error target it is an estimate
   /// from the current error, below 1 until the job is done. It decreases if results are removed

@@ -134,6 +134,7 @@ class JobBook {
   void make_room_on_disk();
   void forget_previews(JobId of);
   void check_preview(const JobRecord& record) const;
+  void forget_old_jobs();
   void keep_farm_notes();
   void restore_farm_notes();
 

@@ -28,14 +28,7 @@ void JobBook::keep_house(Time now) {
   next_housekeeping_ = now + between_looks;
   disputes_.end_quarantines();
   warn_of_long_jobs();
-  std::vector<JobId> old;
-  for (const auto& [id, job] : farm_.jobs) {
-    if (job.ended() && farm_.uptime() - job.record.ended > farm_.options.limits.keep_seconds &&
-        farm_.index.ended().contains(job.record.listed_as())) {  // no hole in a running series
-      old.push_back(id);
-    }
-  }
-  for (const JobId id : old) forget_job(id, "because of its age (--keep-days)");
+  forget_old_jobs();
   estimate_errors();
   if (farm_.store == nullptr) return;
   keep_farm_notes();
@@ -91,6 +84,21 @@ void JobBook::restore_farm_notes() {
       course.samples = found->at(2).get<std::uint64_t>();
     }
   }
+}
+
+/// A series is as old as its frame that ended last: it goes as a whole.
+void JobBook::forget_old_jobs() {
+  const double ended_before = farm_.uptime() - farm_.options.limits.keep_seconds;
+  std::vector<JobId> old;
+  for (const JobId number : farm_.index.ended()) {
+    const Series listed = series_of(farm_.index.listed().at(number));
+    if (std::ranges::all_of(listed,
+                            [&](const Job* job) { return job->record.ended < ended_before; })) {
+      std::ranges::transform(listed, std::back_inserter(old),
+                             [](const Job* job) { return job->record.id; });
+    }
+  }
+  for (const JobId id : old) forget_job(id, "because of its age (--keep-days)");
 }
 
 void JobBook::note_damaged_rows(Job& job, const std::string& damage) {

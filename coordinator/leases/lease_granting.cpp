@@ -137,6 +137,7 @@ bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) 
         farm_.options.waiting_counts && job.submitted != never ? job.submitted : now;
     job.work->pass_began = now;
     job.work->samples_before = job.work->samples;
+    job.work->taken_before = job.record.course.taken;
     const bool again = job.record.course.started > 0;
     job.record.course.started = again ? job.record.course.started : farm_.wall_now();
     job.count_time(now, true);

@@ -216,6 +216,24 @@ TEST_CASE("the history says when the coordinator was started again, and a cancel
                                                          "continued", "cancelled by a client"});
 }
 
+TEST_CASE("a pause by a client does not lower a job's speed or lengthen its time left") {
+  Service service(with_clock());
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), many_leases());
+  work(service, {{&hand, honest}}, id, 5);
+  service.steer(id, msg::JobAction::pause);
+  const json before = service.job(id);
+  REQUIRE(before.at("samples_per_second") > 0);
+  service.turn(seconds(600));
+  for (const bool resumed : {false, true}) {
+    CAPTURE(resumed);
+    if (resumed) service.steer(id, msg::JobAction::resume);
+    const json job = service.job(id);
+    CHECK(job.at("samples_per_second") == before.at("samples_per_second"));
+    CHECK(job.at("seconds_left") == before.at("seconds_left"));
+  }
+}
+
 TEST_CASE("the wait of a job that was queued again begins then, also after a restart") {
   double clock = 1e9;
   CoordinatorOptions options = service_options();

@@ -72,6 +72,21 @@ TEST_CASE("an old frame stays as long as another frame of its series is unfinish
   CHECK(rig.farm.job_of(11) != nullptr);
 }
 
+TEST_CASE("the frames of an ended series are forgotten together, by the age of the latest") {
+  CoordinatorOptions options = FarmRig::rig_options();
+  options.limits.keep_seconds = 100;
+  SeriesRig rig(options);
+  rig.jobs.fail_job(rig.farm.jobs.at(11), "in a test");
+  rig.farm.now = seconds(1000);
+  rig.jobs.fail_job(rig.farm.jobs.at(12), "in a test");
+  rig.jobs.keep_house(rig.farm.now);
+  CHECK(rig.farm.job_of(11) != nullptr);
+  rig.farm.now = seconds(2000);
+  rig.jobs.keep_house(rig.farm.now);
+  CHECK(rig.farm.job_of(11) == nullptr);
+  CHECK(rig.farm.job_of(12) == nullptr);
+}
+
 TEST_CASE("the list of frames states what each took and its error") {
   SeriesRig rig;
   Job& first = rig.farm.jobs.at(11);
