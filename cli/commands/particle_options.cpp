@@ -23,14 +23,6 @@ void check_material(const ParticleMaterial& material) {
                    "': " + remedy_for_name(material.name, particle_rules::material_words));
 }
 
-/// Throws InputError if the options of a look give a radius, but sticks replace it.
-void check_radius(const ParticleLook& given, ParticleStyle style) {
-  const bool by_number = !given.radius_by.empty();
-  if (style != ParticleStyle::sticks || (!by_number && given.radius == ParticleRadius{})) return;
-  throw InputError(std::string(by_number ? "--radius-by" : "--radius") +
-                   " has no effect on --style sticks: use --stick-radius");
-}
-
 /// Returns whether `value` is that of a flag that the user gave.
 bool is_set_flag(const bool& value) { return value; }
 bool is_set_flag(const auto& /*value of an option*/) { return false; }
@@ -100,10 +92,6 @@ ParticleSource ParticleOptions::source() const {
   }
   if (const auto problem = problem_with(source)) {
     throw InputError(naming_options('"' + problem->key + "\" " + problem->text));
-  }
-  if (source.shows.empty()) check_radius(source.look, source.look.style);
-  for (const Representation& show : source.shows) {
-    check_radius(show.look, completed(show.look, source.look).style);
   }
   return source;
 }

@@ -278,10 +278,7 @@ class Conversions(ParticlesTest):
                                   (["--arrows", "velocity"], "--arrows: the file has no vectors 'velocity'"),
                                   (["--arrow-scale", "2"], "--arrow-scale has no effect without --arrows: add it"),
                                   (["--solid-cell"], "--solid-cell: the file has no box and no cell"),
-                                  (["--style", "spheres", "--stick-radius", "1"], "--stick-radius has no effect on --style spheres"),
-                                  (["--style", "sticks", "--radius", "1"], "--radius has no effect on --style sticks"),
-                                  (["--style", "sticks", "--radius", "1", "--show", "all", "--radius-by", "z:1:2"],
-                                   "--radius-by has no effect on --style sticks")):
+                                  (["--style", "spheres", "--stick-radius", "1"], "--stick-radius has no effect on --style spheres")):
             self.refused("convert", self.path("atoms.xyz"), self.path("no.json"), *options, mentions=mentions)
 
 
