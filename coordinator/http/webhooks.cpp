@@ -40,7 +40,7 @@ std::optional<WebhookUrl> webhook_url(const std::string& text) {
   const bool found = end != std::string::npos;
   url.host = numeric ? url.authority.substr(1, end - 1) : url.authority.substr(0, end);
   url.port = url.secure ? 443 : 80;
-  const std::string port = found ? url.authority.substr(end + numeric) : "";
+  const std::string port = found ? url.authority.substr(end + (numeric ? 1 : 0)) : "";
   if (!port.empty()) {
     const auto number = parsed_between(std::string_view(port).substr(1), 1, 65535);
     if (!number || port.front() != ':') return {};
