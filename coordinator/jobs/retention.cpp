@@ -86,19 +86,21 @@ void JobBook::restore_farm_notes() {
   }
 }
 
-/// A series is as old as its frame that ended last: it goes as a whole.
+/// A series is as old as its frame that ended last.
 void JobBook::forget_old_jobs() {
   const double ended_before = farm_.uptime() - farm_.options.limits.keep_seconds;
+  const auto is_old = [&](const Job* job) { return job->record.ended < ended_before; };
   std::vector<JobId> old;
   for (const JobId number : farm_.index.ended()) {
-    const Series listed = series_of(farm_.index.listed().at(number));
-    if (std::ranges::all_of(listed,
-                            [&](const Job* job) { return job->record.ended < ended_before; })) {
-      std::ranges::transform(listed, std::back_inserter(old),
-                             [](const Job* job) { return job->record.id; });
+    if (std::ranges::all_of(series_of(farm_.index.listed().at(number)), is_old)) {
+      old.push_back(number);
     }
   }
-  for (const JobId id : old) forget_job(id, "because of its age (--keep-days)");
+  for (const JobId number : old) {
+    const JobIndex::Frames* frames = farm_.index.listed_as(number);
+    if (frames == nullptr) continue;  // a quick look is forgotten with its job
+    forget_all(series_of(*frames), "because of its age (--keep-days)");
+  }
 }
 
 void JobBook::note_damaged_rows(Job& job, const std::string& damage) {
@@ -119,24 +121,17 @@ void JobBook::note_usage(Store::Usage usage) {
   }
 }
 
+/// Series go as a whole: the rest of one would count as unfinished.
 void JobBook::make_room_on_disk() {
-  if (usage_.total <= farm_.options.limits.disk) return;
   std::vector<JobId> ended;
   for (const auto& [number, frames] : farm_.index.listed()) {
-    const Series listed = series_of(frames);
-    if (has_ended(listed)) {
-      std::ranges::transform(listed, std::back_inserter(ended),
-                             [](const Job* job) { return job->record.id; });
-    }
+    if (has_ended(series_of(frames))) ended.push_back(number);
   }
-  for (const JobId id : ended) {
+  for (const JobId number : ended) {
     if (usage_.total <= farm_.options.limits.disk) return;
-    const auto used = usage_.jobs.find(id);
-    if (used != usage_.jobs.end()) {
-      usage_.total -= std::min(usage_.total, used->second);
-      usage_.jobs.erase(used);
-    }
-    forget_job(id, "to keep within --max-disk");
+    const JobIndex::Frames* frames = farm_.index.listed_as(number);
+    if (frames == nullptr) continue;  // a quick look is forgotten with its job
+    forget_all(series_of(*frames), "to keep within --max-disk");
   }
 }
 
@@ -151,6 +146,7 @@ void JobBook::forget_job(JobId id, const std::string& why) {
   if (used != usage_.jobs.end()) {
     std::uint64_t& disk = disk_of_[found->second.record.user];
     disk -= std::min(disk, used->second);
+    usage_.total -= std::min(usage_.total, used->second);
     usage_.jobs.erase(used);
   }
   farm_.index.remove(found->second);

@@ -181,6 +181,23 @@ TEST_CASE("the oldest ended series makes room as a whole; one with missing frame
   CHECK(listed(service).size() == 2);
 }
 
+TEST_CASE(
+    "a full disk takes an ended series as a whole, so that it does not wait for frames again") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand hand(service, "w");
+  const JobId series = submit_series(service, 2);
+  work(service, {{&hand, honest}}, series);
+  CoordinatorOptions options = service_options();
+  options.limits.disk = store.usage().total - 1;  // one frame less would be enough
+  Service full(options, &store);
+  full.turn();
+  full.turn(seconds(6));
+  full.turn(seconds(6));
+  CHECK(contains(full.refusal(msg::ShowJob{1, series}), "no job"));
+  CHECK(listed(full).empty());
+}
+
 TEST_CASE("after a restart a series continues under its number") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
