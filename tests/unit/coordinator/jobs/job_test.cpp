@@ -46,7 +46,7 @@ TEST_CASE("the progress towards a target does not fall when a later pass needs m
 
 TEST_CASE("the time left follows the latest forecast, not the shown progress") {
   Job job = job_in_second_pass();
-  job.work->started = job.work->clock_began = seconds(0);
+  job.work->started = job.work->clock_began = job.traced_since = seconds(0);
   CHECK(job.seconds_left(seconds(8)) == doctest::Approx(8));
   job.record.settings->time_limit = 10;
   CHECK(job.seconds_left(seconds(8)) == doctest::Approx(2));
@@ -54,7 +54,7 @@ TEST_CASE("the time left follows the latest forecast, not the shown progress") {
 
 TEST_CASE("the speed counts only the samples of this process") {
   Job job = job_in_second_pass();
-  job.work->started = seconds(0);
+  job.work->started = job.traced_since = seconds(0);
   job.work->samples_before = 600;
   CHECK(job.samples_per_second(seconds(2)) == 100);
 }
