@@ -21,8 +21,7 @@ RANKS = range(1, 7)
 POLICIES = ("static", "guided", "factoring", "weighted")
 THREADS = (1, 2)
 # Each number of ranks, and each policy with each number of threads; Sweep has all combinations.
-SOME = ((1, "static", 1), (2, "guided", 2), (3, "factoring", 1), (4, "weighted", 2), (5, "static", 2),
-        (6, "guided", 1), (2, "factoring", 2), (3, "weighted", 1))
+SOME = ((1, "static", 1), (2, "factoring", 2), (3, "weighted", 1), (4, "guided", 2), (5, "static", 2), (6, "guided", 1))
 
 
 def size(width, height, spp):
