@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "cli/commands/prepare.h"
+#include "cli/commands/rendering.h"
 #include "cli/mpi/mpi_coordinator.h"
 #include "cli/mpi/watchdog.h"
 #include "cli/output/text.h"
@@ -378,18 +379,28 @@ auto or_abort_all(auto action) {
   return result;
 }
 
-int finish(const LoadedJob& loaded, Rendered& rendered, Time started) {
+/// Writes all files, then runs the command of --on-end.
+int finish(const LoadedJob& loaded, Rendered& rendered, const std::string& on_end, Time started) {
   const OutputPaths& outputs = loaded.outputs;
   const RenderSettings& settings = loaded.job.settings;
   CheckpointedJob& kept = *loaded.kept;
-  kept.keep_picture(rendered.picture);
-  auto scene = needs_scene(outputs, settings) ? kept.copy_scene() : nullptr;
-  add_channels(rendered.picture,
-               extra_channels(outputs, settings, std::move(scene), rendered.threads));
-  const int status =
-      write_outputs(std::move(rendered.picture), outputs, CommandTimes{started, 0, true});
-  kept.forget();
-  return status;
+  const auto end = [&, id = kept.run().record().id](JobState state, const std::string& reason) {
+    run_end_command(on_end, id, std::string(name_of(state)), reason, outputs.image.string());
+  };
+  try {
+    kept.keep_picture(rendered.picture);
+    auto scene = needs_scene(outputs, settings) ? kept.copy_scene() : nullptr;
+    add_channels(rendered.picture,
+                 extra_channels(outputs, settings, std::move(scene), rendered.threads));
+    const int status =
+        write_outputs(std::move(rendered.picture), outputs, CommandTimes{started, 0, true});
+    kept.forget();
+    end(JobState::done, "");
+    return status;
+  } catch (const RunError& error) {
+    end(JobState::failed, error.what());
+    throw;
+  }
 }
 
 /// Loads and renders the job in rank 0, and writes the files. Returns the exit status.
@@ -404,7 +415,8 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   const DeferredInterrupts deferred;
   Rendered rendered =
       or_abort_all([&] { return render_job(options, world, *loaded.kept, loaded.job); });
-  const int status = run_action(program, [&] { return finish(loaded, rendered, started); });
+  const int status = run_action(
+      program, [&] { return finish(loaded, rendered, options.following.on_end, started); });
   if (!rendered.all_answer || !world.barrier(last_patience)) {
     fail(program, status, "the work is done, but not all ranks answer: ending all ranks");
     end_all(status);

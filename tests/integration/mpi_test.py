@@ -376,12 +376,14 @@ class Deaths(LongJobs):
 class Silences(LongJobs):
     @again_with_longer_jobs
     def test_cells_of_a_stopped_rank_are_traced_by_the_others_which_wait_for_the_end(self):
-        with self.long_job(3, "--patience", 3, "--on-end", "sleep 5") as job:
+        ended = self.state.parent / "ended"
+        with self.long_job(3, "--patience", 3, "--on-end", f"sleep 5; echo $PARRAY_STATE > {ended}") as job:
             wait_for_rows(self.state, job.check_runs)
             job.send(signal.SIGSTOP, rank=1)
             report = job.finish()
             self.check(report, self.expected_long)
             self.assertIn("parray-mpi: the work is done, but not all ranks answer", job.text())
+        self.assertEqual(ended.read_text(), "done\n")
 
     @again_with_longer_jobs
     def test_a_rank_that_is_stopped_for_a_while_changes_nothing(self):
