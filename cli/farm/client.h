@@ -127,7 +127,8 @@ class Client {
                        std::uint32_t priority = 0);
   /// Returns job maps with their total number. `wanted`: which jobs, in which order.
   msg::Jobs list(msg::ListJobs wanted);
-  /// Return lists of the maps of PROTOCOL.md: at most msg::most_listed. Of more jobs, the newest.
+  /// These two return lists of the maps of PROTOCOL.md, with at most msg::most_listed entries. If
+  /// there are more jobs, the list has the newest ones.
   nlohmann::json jobs();
   nlohmann::json workers();
   /// Returns the map of one worker, with its history and its recent failures. Throws InputError if

@@ -32,9 +32,9 @@ class CheckpointedJob {
   std::shared_ptr<const Scene> take_scene() { return std::move(scene_); }
   /// Returns a new copy of the scene, made from its bytes.
   [[nodiscard]] std::shared_ptr<const Scene> copy_scene() const;
-  /// Returns the finished work as text: "43.1 %". For a picture in passes, whose number of samples
-  /// is not known in advance: "57.3 samples per pixel". Call it only after the first pass has
-  /// begun.
+  /// Returns the finished work as text: "43.1 %". A picture in passes has no known number of
+  /// samples in advance, so its text is "57.3 samples per pixel". Call it only after the first pass
+  /// has begun.
   [[nodiscard]] std::string amount_text() const;
 
   /// Call when the picture is complete. Drops results that are not saved yet. In a directory that

@@ -58,8 +58,8 @@ PARRAY_INLINE CosSin<Real> sincos_2pi(Real u) {
 }
 
 /// Returns a uniform point of the unit sphere's surface (Archimedes: y is uniform). u, v in [0, 1).
-/// y points to the top of the sky, whose light depends on y alone. So evenly spread u help to
-/// sample this light evenly.
+/// y points to the top of the sky. The light of the sky depends on y alone, and y on u alone. So
+/// evenly spread u sample this light evenly.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> uniform_direction(Real u, Real v) {
   const Real y = Real(1) - Real(2) * u;

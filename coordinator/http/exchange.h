@@ -106,7 +106,7 @@ auto with_status(int from, int to, const auto& act) {
   }
 }
 
-/// Returns the reason phrase of a status: "Not Found" for 404. Of an unknown status: "Error".
+/// Returns the reason phrase of a status, such as "Not Found" for 404; "Error" if it is unknown.
 std::string_view reason_of(int status);
 
 /// Returns the header fields of the reply, except Content-Type and Content-Length. Adds those that

@@ -41,6 +41,20 @@ msg::ImageData partial(Service& service, JobId id, bool statistics = false) {
   return service.ask<msg::ImageData>(msg::Fetch{++requests, id, true, statistics});
 }
 
+/// A coordinator with a store on the disk, whose wall clock the test sets.
+struct TimedService {
+  double clock = 1e9;  ///< seconds since 1970
+  TemporaryDirectory directory;
+  DiskStore store{directory.path()};
+  Service service{options(), &store};
+
+  CoordinatorOptions options() {
+    CoordinatorOptions result = service_options();
+    result.wall_clock = [this] { return clock; };
+    return result;
+  }
+};
+
 double oldest_queued_seconds(Service& service) {
   return service.ask<msg::Farm>(msg::ShowFarm{1}).farm.at("oldest_queued_seconds");
 }
@@ -235,30 +249,22 @@ TEST_CASE("a pause by a client does not lower a job's speed or lengthen its time
 }
 
 TEST_CASE("the wait of a job that was queued again begins then, also after a restart") {
-  double clock = 1e9;
-  CoordinatorOptions options = service_options();
-  options.wall_clock = [&clock] { return clock; };
-  const TemporaryDirectory directory;
-  DiskStore store(directory.path());
-  Service service(options, &store);
+  TimedService timed;
+  Service& service = timed.service;
   const JobId id = service.submit(small_scene(), many_leases());
   service.steer(id, msg::JobAction::cancel);
-  clock += 86400;
+  timed.clock += 86400;
   service.steer(id, msg::JobAction::requeue);
   service.turn();
-  clock += 60;
+  timed.clock += 60;
   service.restart();
   service.turn();
   CHECK(oldest_queued_seconds(service) == doctest::Approx(60));
 }
 
 TEST_CASE("after a restart, a resumed job that had leases does not wait for its first one") {
-  double clock = 1e9;
-  CoordinatorOptions options = service_options();
-  options.wall_clock = [&clock] { return clock; };
-  const TemporaryDirectory directory;
-  DiskStore store(directory.path());
-  Service service(options, &store);
+  TimedService timed;
+  Service& service = timed.service;
   Hand hand(service, "a", 4);
   const JobId id = service.submit(small_scene(), many_leases());
   work(service, {{&hand, honest}}, id, 2);
@@ -266,7 +272,7 @@ TEST_CASE("after a restart, a resumed job that had leases does not wait for its 
   service.restart();
   service.steer(id, msg::JobAction::resume);
   service.turn();
-  clock += 60;
+  timed.clock += 60;
   service.restart();
   service.turn();
   CHECK(service.state(id) == "queued");

@@ -33,8 +33,9 @@ std::string columns_of(const Particles& particles);
 /// on request. All names do, except those that the comment on NumberSource lists.
 bool is_number_column(std::string_view name);
 
-/// Returns whether readers should load a numeric column of this name, if the file has one. These
-/// are the names of is_number_column(), and fx, fy, fz and index, whose column a note reports.
+/// Returns whether readers load a numeric column of this name, if the file has one. Readers load
+/// the columns of is_number_column(). They also load fx, fy, fz and index, only for a note that
+/// such a column is not used.
 bool is_requested_column(std::string_view name);
 
 /// A number that each particle has. It is a numeric column of the file or one of: x, y, z, radius,

@@ -31,7 +31,7 @@ struct Box {
   }
 };
 
-/// The coverage of a part of a picture. What lies outside that part is ignored.
+/// The coverage of a part of a picture. Shapes outside that part change nothing.
 class Coverage {
  public:
   /// Makes an empty coverage of all pixels that `box` touches.
