@@ -35,6 +35,8 @@ struct ParticleFormat {
   /// true: lengths are in angstrom, by the definition of the format, by convention (XYZ, DCD) or
   /// because the reader converts them.
   bool in_angstrom = false;
+  /// true: a file may list its atoms in any order, and its column `id` has their numbers.
+  bool unordered = false;
   /// Judges the first bytes of a file. At most one format is `likely` or better, unless the text
   /// fits several formats equally well.
   Confidence (*confidence)(const FileStart& start) = nullptr;

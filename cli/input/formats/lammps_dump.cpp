@@ -258,6 +258,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
 constinit const ParticleFormat lammps_dump_format{.name = "LAMMPS dump",
                                                   .extensions = {".lammpstrj", ".dump"},
                                                   .frames = true,
+                                                  .unordered = true,
                                                   .confidence = looks_like_lammps_dump,
                                                   .read = read_frame<DumpFrames>};
 

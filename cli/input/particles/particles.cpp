@@ -94,6 +94,31 @@ Order same_numbers(const std::vector<double>& wanted, const std::vector<double>&
   return order;
 }
 
+/// Returns the place of each particle of the unordered `file` in a topology without numbers, whose
+/// atoms count in the order of the particles' `numbers`. Adds a note to `facts` if that is not the
+/// order of the particles.
+Order by_own_number(const std::vector<double>& numbers, const std::filesystem::path& file,
+                    ParticleFacts& facts) {
+  Order order(numbers.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (std::ranges::is_sorted(numbers)) return order;
+  const Order sorted = by_number(numbers);
+  for (std::size_t place = 0; place < sorted.size(); ++place) {
+    const double number = numbers[sorted[place]];
+    if (place > 0 && numbers[sorted[place - 1]] == number) {
+      FilePlace{file.string()}.fail(
+          "the atoms are unsorted, and several have the id " + number_text(number) +
+          ", so the names of the topology cannot be matched: sort the file by atoms, such as with "
+          "dump_modify sort id");
+    }
+    order[sorted[place]] = place;
+  }
+  facts.notes.push_back({"unsorted_atoms", numbers.size(),
+                         "unsorted particles: the atoms of the topology count in the order of the "
+                         "particles' ids"});
+  return order;
+}
+
 template <typename Value>
 void take(const std::vector<Value>& from, const Order& order, std::vector<Value>& to) {
   if (from.empty()) return;
@@ -120,12 +145,14 @@ void take_numbers(const Particles& from, const Order& order, const ParticleReque
 /// residues, radii and colours, bonds, and the numbers that the request wants. Other columns stay
 /// unchanged. Some topologies number their atoms (column "id"; LAMMPS writes atoms in any order).
 /// Then particle i is the atom with the i-th smallest number or, if the particles have a column
-/// "id" too, the atom with the same number.
+/// "id" too, the atom with the same number. If only the particles have numbers, and `format` is
+/// unordered, the particle with the i-th smallest number is atom i.
 ///
 /// Throws InputError if the topology and the particles, from `file`, differ in their number of
-/// atoms or in their ids.
+/// atoms or in their ids, or if the particles are unsorted and some have the same id.
 void take_topology(const std::filesystem::path& topology, const std::filesystem::path& file,
-                   const ParticleRequest& request, Particles& particles) {
+                   const ParticleFormat& format, const ParticleRequest& request,
+                   Particles& particles) {
   ParticleRequest names{.numbers = request.numbers, .threads = request.threads};
   names.alternatives.rule = AlternativeChoice::Rule::all;
   names.numbers.emplace(id_name);
@@ -142,6 +169,8 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   if (ids != nullptr) {
     order = own_ids == nullptr ? by_number(ids->values)
                                : same_numbers(own_ids->values, ids->values, topology);
+  } else if (own_ids != nullptr && format.unordered) {
+    order = by_own_number(own_ids->values, file, particles.facts);
   }
   take(from.elements, order, particles.elements);
   take(from.radii, order, particles.radii);
@@ -253,7 +282,7 @@ Particles read_particles(PackedFile& file, const ParticleRequest& request) {
   ParticleRequest with_ids = request;
   with_ids.numbers.emplace("id");
   Particles particles = read(file, format, with_ids);
-  take_topology(request.topology, file.name(), request, particles);
+  take_topology(request.topology, file.name(), format, request, particles);
   std::erase_if(particles.numbers,
                 [&](const NumberColumn& column) { return !request.wants(column.name); });
   return particles;
