@@ -10,22 +10,19 @@
 
 namespace parray::commands {
 
-void FarmOptions::add_to(Command& command) {
-  command
-      .option("--coordinator", address_,
-              "Address of the coordinator, and of its standbys, separated by commas")
-      .type_name("ADDRESS")
-      .environment("PARRAY_COORDINATOR")
-      .group(farm_group)
-      .show_default();
-  command
-      .option("--keys", keys_,
-              "File with your key, such as ann.key, if the coordinator requires keys. In a "
-              "directory, ParRay uses admin.key")
-      .type_name("FILE")
-      .completes(Completes::files)
-      .group(farm_group)
-      .environment("PARRAY_KEYS");
+void FarmOptions::add_to(Command& command, const Option* needed) {
+  Option address =
+      command.option("--coordinator", address_,
+                     "Address of the coordinator, and of its standbys, separated by commas");
+  address.type_name("ADDRESS").environment("PARRAY_COORDINATOR").group(farm_group).show_default();
+  Option keys =
+      command.option("--keys", keys_,
+                     "File with your key, such as ann.key, if the coordinator requires keys. In a "
+                     "directory, ParRay uses admin.key");
+  keys.type_name("FILE").completes(Completes::files).group(farm_group).environment("PARRAY_KEYS");
+  if (needed == nullptr) return;
+  address.needs(*needed);
+  keys.needs(*needed);
 }
 
 static std::optional<MemberKey> key_of(const FarmOptions& farm) {

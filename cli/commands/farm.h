@@ -11,8 +11,9 @@ namespace parray::commands {
 /// The coordinator that a client command talks to.
 class FarmOptions {
  public:
-  /// Declares --coordinator and --keys.
-  void add_to(Command& command);
+  /// Declares --coordinator and --keys. `needed`: the option that must be given with any of them;
+  /// null: none.
+  void add_to(Command& command, const Option* needed = nullptr);
   /// Returns one or more addresses, "tcp://HOST:PORT", separated by commas.
   [[nodiscard]] const std::string& address() const { return address_; }
   /// Returns the key file, or the directory with an administrator's key. Empty: no key.

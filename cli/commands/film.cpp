@@ -386,7 +386,7 @@ void add_farm_to(Command& command, FilmCommand& options) {
                    "Among your jobs, those with a higher priority are rendered first (default: 50)")
       .group(farm_group)
       .needs(farm);
-  options.farm.add_to(command);
+  options.farm.add_to(command, &farm);
 }
 
 }  // namespace

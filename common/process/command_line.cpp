@@ -91,6 +91,17 @@ std::string bound_text(double bound) {
 }
 std::string bound_text(std::integral auto bound) { return std::to_string(bound); }
 
+/// Throws CLI::RequiresError if an option with an environment variable is given without the option
+/// that it needs.
+void check_needs(const CLI::App& command, const CommandText& text) {
+  for (const OptionText& option : text.options) {
+    if (option.environment.empty() || option.with.empty()) continue;
+    const std::string& name = option.names.back();
+    const bool given = std::ranges::count(command.parse_order(), command.get_option(name)) > 0;
+    if (given && command.count(option.with) == 0) throw CLI::RequiresError(name, option.with);
+  }
+}
+
 OptionText help_option() {
   return {.names = {"-h", "--help"}, .value = {}, .text = "Print this help", .heading = "Help"};
 }
@@ -175,7 +186,8 @@ Option& Option::special() {
 }
 
 Option& Option::needs(const Option& other) {
-  option_->needs(other.option_);
+  // CLI11 would also refuse the environment variable alone, so check_needs() does this.
+  if (text_->environment.empty()) option_->needs(other.option_);
   if (!other.text_->required) text_->with = other.text_->names.back();
   return *this;
 }
@@ -347,6 +359,13 @@ std::string CommandLine::help_of(const std::string& name) const {
   throw UsageError(unknown_command(*root_, name) + "; see `" + root_->get_name() + " help`");
 }
 
+void CommandLine::check_needs() const {
+  process::check_needs(*root_, program_.self);
+  for (const CommandText& command : program_.commands) {
+    process::check_needs(*root_->get_subcommand(command.word()), command);
+  }
+}
+
 std::optional<std::string> CommandLine::parse(int argc, const char* const* argv) {
   const auto chosen = [this] {
     const std::vector<CLI::App*> commands = root_->get_subcommands();
@@ -354,6 +373,7 @@ std::optional<std::string> CommandLine::parse(int argc, const char* const* argv)
   };
   try {
     root_->parse(argc, argv);
+    check_needs();
   } catch (const CLI::CallForHelp&) {
     return chosen().empty() ? help() : help_of(chosen());
   } catch (const CLI::CallForVersion& version) {
@@ -368,6 +388,7 @@ std::optional<std::string> CommandLine::parse(int argc, const char* const* argv)
 void CommandLine::parse(const std::string& words) {
   try {
     root_->parse(words);
+    check_needs();
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }

@@ -61,7 +61,8 @@ class Option {
   Option& completes(Completes what);
   /// Marks a command's option as rarely needed: only `help COMMAND --all` and the man page show it.
   Option& special();
-  /// Makes this option an error unless the option `other` is given, too.
+  /// Makes this option an error unless the option `other` is given, too. Its environment variable
+  /// alone is no error, if environment() was called before.
   Option& needs(const Option& other);
 
  private:
@@ -171,6 +172,7 @@ class CommandLine : public Command {
 
  private:
   [[nodiscard]] std::string help_of(const std::string& name) const;
+  void check_needs() const;
 
   std::unique_ptr<CLI::App> root_;
   ProgramText program_;

@@ -87,6 +87,10 @@ class Here(FilmCase):
         self.assertEqual(len(self.pictures("a.mp4")), FRAMES)
         self.assertFalse(self.path("a.mp4").exists())
 
+    def test_the_address_of_a_farm_in_the_environment_needs_no_farm(self):
+        self.film("a.mp4", "--spp", "1", "--frames", "0:1", PARRAY_COORDINATOR="tcp://127.0.0.1:1", PARRAY_KEYS="none.key")
+        self.assertEqual(len(self.pictures("a.mp4")), 2)
+
     def test_every_frame_reaches_the_same_error_and_shows_the_same_scenery(self):
         self.film("a.mp4", "--color-by", "speed", "--target-error", "0.03")
         report = self.report("a.mp4")
@@ -325,6 +329,8 @@ class Refusals(FilmCase):
                 ("a.mp4", ["--camera-path", self.path("no.json")], "no.json: cannot be read"),
                 ("a.mp4", ["--turntable", "x"], "--turntable: 'x' is not a number"),
                 ("a.mp4", ["--priority", "5"], "--farm"),
+                ("a.mp4", ["--coordinator", "tcp://127.0.0.1:7400"], "--coordinator requires --farm; see `parray film"),
+                ("a.mp4", ["--keys", "ann.key"], "--keys requires --farm; see `parray film"),
                 ("a.mp4", ["--fps", "0"], "--fps: '0' is not a number from 0.1 to 240")):
             result = run("film", self.run_file, "-o", self.path(name), *SIZE, *options)
             with self.subTest(options=options):

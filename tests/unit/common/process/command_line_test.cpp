@@ -38,4 +38,20 @@ TEST_CASE("a number outside its range is refused with the range in plain digits"
   CHECK(message_about("--real 0.1 --whole=-5 --size 9") == "no error");
 }
 
+TEST_CASE("an option needs another one, and a value of its environment variable does not") {
+  const auto message = [](const std::string& words) {
+    CommandLine line;
+    std::string address;
+    bool farm = false;
+    Option on_farm = line.flag("--farm", farm, "");
+    Option option = line.option("--address", address, "");
+    option.environment("PATH").needs(on_farm);
+    const std::string text = message_of<UsageError>([&] { line.parse(words); });
+    return text == "no error" && address.empty() ? std::string("no value") : text;
+  };
+  CHECK(message("--address a") == "--address requires --farm");
+  CHECK(message("--address a --farm") == "no error");
+  CHECK(message("") == "no error");
+}
+
 }  // namespace parray::test
