@@ -75,10 +75,13 @@ void postpone_arrows(ParticleSource& source) {
   if (!source.arrows.empty() && !source.arrow_scale) source.arrow_measure = ArrowMeasure{};
 }
 
-/// Returns the result of `work`. Adds the number of the frame to its errors.
+/// Returns the result of `work`. Adds the number of the frame to its errors, except to those of
+/// labels, which all frames have.
 auto of_frame(std::uint32_t frame, const auto& work) {
   try {
     return work();
+  } catch (const LabelError&) {
+    throw;
   } catch (const InputError& error) {
     throw InputError(std::string(error.what()) + " (this is frame " + std::to_string(frame) +
                      "; --frames chooses others)");

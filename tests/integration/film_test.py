@@ -320,6 +320,9 @@ class Refusals(FilmCase):
                 ("a.mp4", ["--select", "element C and speed < 1"], f"parray: {self.run_file}: --select: "),
                 ("a.mp4", ["--select", "element C and speed < 1"], " (this is frame 1; --frames chooses others)\n"),
                 ("a.mp4", ["--select", "speed > 0"], " (this is frame 0; --frames chooses others)\n"),
+                ("a.mp4", ["--legend"], "--legend: the label does not fit into 48 x 36 pixels: use a smaller --font-size, or "
+                                        "leave out --legend, or legend in the scene file\n"),
+                ("a.mp4", ["--scale-bar"], "a larger picture or fewer labels\n"),
                 ("a.mp4", ["--frames", "5-1"], "is not a range of frames"),
                 ("a.mp4", ["--count", "3"], "--count: "),
                 ("a.mp4", ["--frame", "0"], "add --turntable 360 or --camera-path"),

@@ -126,7 +126,11 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   if (viewing.labels) {
     subject.labels = [&](const Camera& camera) {
       scene.camera = camera;
-      return viewing.labels(out.file);
+      try {
+        return viewing.labels(out.file);
+      } catch (const InputError& error) {
+        throw LabelError(error.what());
+      }
     };
   }
   try {
@@ -139,6 +143,8 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
       scene.spheres[i] = around.scenery[i].sphere;
       scene.spheres[i].material = i;
     }
+  } catch (const LabelError& error) {
+    throw LabelError(printable(file.name(), 4096) + ": " + error.what());
   } catch (const InputError& error) {
     FilePlace{file.name()}.fail(error.what());
   }

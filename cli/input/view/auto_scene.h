@@ -41,7 +41,7 @@ struct AutoScene {
 /// `source` does not tell, have the label `cell`. Small molecules are drawn as balls and sticks:
 /// see decide_style() in sticks.h.
 ///
-/// Throws InputError "FILE: problem: remedy".
+/// Throws InputError "FILE: problem: remedy", for labels a LabelError.
 AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,
                      const RenderSettings& settings, const Viewing& viewing = {}, int threads = 1);
 

@@ -52,7 +52,7 @@ PictureArea free_area(const LabelPlaces& labels, double width, double height) {
   Best best;
   search(labels.boxes, 0, {-right, right, -top, top}, width, height, best);
   if (best.scale == 0) {
-    throw InputError(
+    throw LabelError(
         "the labels leave too little room for the particles: use a smaller --font-size, a larger "
         "picture or fewer labels");
   }

@@ -2,10 +2,17 @@
 
 #include <vector>
 
+#include "common/base/error.h"
 #include "common/rooms.h"
 
 /// The part of a picture that labels leave free for particles.
 namespace parray::input {
+
+/// Error: the labels do not suit the picture, such as one that is too small for them.
+class LabelError : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 /// A rectangle of a picture: x from -1 at the left edge to 1 at the right edge, y from -1 at the
 /// lower edge to 1 at the upper edge.
@@ -36,7 +43,7 @@ inline constexpr PictureArea usual_area{-filled_share, filled_share, -filled_sha
 /// (> 0) give the proportions of the group, in pictures' widths and heights: equal numbers mean the
 /// proportions of the picture. Takes up to 4^n steps for n boxes.
 ///
-/// Throws InputError, with a remedy, if no part is a tenth of the picture wide and high.
+/// Throws LabelError, with a remedy, if no part is a tenth of the picture wide and high.
 PictureArea free_area(const LabelPlaces& labels, double width, double height);
 
 /// Returns the area after scaling by `factor` around its centre.
