@@ -213,7 +213,7 @@ std::string RenderOptions::as_given() const {
   std::string text;
   for (const GivenOption& given : command_->given_options()) {
     const bool decides = given.group == settings_group || given.group == limits_group ||
-                         given.group == particles_group;
+                         given.group == particles_group || given.group == labels_group;
     text += decides ? given.name + "=" + given.value + "\n" : "";
   }
   if (print_width_) text += "width in print=" + std::to_string(*print_width_) + "\n";

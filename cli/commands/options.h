@@ -139,10 +139,10 @@ class RenderOptions {
   /// Returns the sampler of --sampler. Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const;
 
-  /// Returns the options that the user gave under settings_group, limits_group and particles_group,
-  /// and the width of print_width(), as a text. Two commands with the same such options have equal
-  /// texts, if those under particles_group have the same order. Call after add_like_to(), as
-  /// check_like().
+  /// Returns the options that the user gave under settings_group, limits_group, particles_group and
+  /// labels_group (an automatic camera makes room for labels), and the width of print_width(), as a
+  /// text. Two commands with the same such options have equal texts, if those under particles_group
+  /// have the same order. Call after add_like_to(), as check_like().
   [[nodiscard]] std::string as_given() const;
   /// Returns the scene's settings, replaced by the options that are given. With a target or a time
   /// limit and without --spp, the samples per pixel have no limit but the largest possible number.

@@ -113,6 +113,20 @@ class Kinds(FrameCase):
                 report = json.loads((self.directory / "out-0001.json").read_text())
                 self.assertEqual(report["width"], width)
 
+    def test_another_size_of_letters_for_which_the_camera_of_a_crystal_makes_room_is_another_series(self):
+        write(self.directory / "salt-1.vasp", "NaCl\n1.0\n5.64 0 0\n0 5.64 0\n0 0 5.64\nNa Cl\n4 4\nDirect\n0 0 0\n0 .5 .5\n"
+                                              ".5 0 .5\n.5 .5 0\n.5 0 0\n0 .5 0\n0 0 .5\n.5 .5 .5\n")
+        with Farm() as farm:
+            farm.start_worker("a")
+            hashes = set()
+            for points in (6, 9):
+                result = farm.client("submit", self.directory / "salt-#.vasp", "--frames", "1-1", "--width", "160",
+                                     "--height", "120", "--spp", "1", "--font-size", str(points), "--wait", *self.outputs())
+                self.assertEqual(result.returncode, 0, result.stderr)
+                hashes.add(self.written(1))
+            self.assertEqual(len(hashes), 2)
+            self.assertEqual(len(json.loads(farm.client("jobs", "--json").stdout)), 2)
+
 
 class Troubles(FrameCase):
     def test_a_client_killed_in_the_middle_goes_on_when_run_again(self):
