@@ -253,6 +253,24 @@ class Several(Test):
         first = parray.render(self.folder / "run.xyz", frame=0, color_by="z", range=(0, 5), view="front", **SMALL)
         self.assertEqual(first.report["image_sha256"], pictures[0].report["image_sha256"])
 
+    def test_parts_of_frames_have_the_range_of_their_selection_in_all_frames(self):
+        lines = [f"3\nProperties=species:S:1:pos:R:3:speed:R:1\nC 0 0 0 {low}\nC 2 0 1 {high}\nO 0 2 0 90\n"
+                 for low, high in ((3, 4), (1, 2), (5, 7))]  # fmt: skip
+        (self.folder / "run.xyz").write_text("".join(lines))
+        places = [[[0, 0, 0], [2, 0, 1], [0, 2, 0]]] * 3
+        speeds = ((3, 4, 90), (1, 2, 90), (5, 7, 90))
+        objects = [parray.Particles(at, 1, elements=["C", "C", "O"], numbers={"speed": v}) for at, v in zip(places, speeds)]
+        shows = [{"select": "element C", "color_by": "speed"}, {"select": "element O", "color_by": "element"}]
+        for source, frames in ((self.folder / "run.xyz", "all"), (objects, None)):
+            for more in ({}, {"select": "index < 3"}, {"color_by": "x"}, {"material": {"type": "metal", "albedo": [0.9] * 3}}):
+                pictures = parray.render(source, frames=frames, show=shows, **more, **SMALL)
+                legends = [next(item for item in p.report["legends"] if item["title"] == "speed") for p in pictures]
+                self.assertEqual([(item["low"], item["high"]) for item in legends], [(1, 7)] * 3)
+        chosen = [{**shows[0], "range": (0, 9)}, shows[1]]
+        self.assertEqual({legend_of(p)["high"] for p in parray.render(objects, show=chosen, **SMALL)}, {9})
+        percent = [{**shows[0], "range": "1%:99%"}]
+        self.refused(parray.InputError, "give two numbers", parray.render, objects, show=percent, **SMALL)
+
     def test_what_several_frames_exclude_is_said(self):
         frames = [self.positions] * 2
         for options, text in (({"frame": 1, "frames": [0]}, "give one of them"),

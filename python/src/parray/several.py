@@ -42,6 +42,7 @@ class Call(NamedTuple):
 
 
 _FRACTIONS = ("fx", "fy", "fz")
+_COLORING = ("color_by", "colormap", "range", "color_scale")
 _MIXED = "frames: files and other sources are mixed: give frames of one kind"
 
 
@@ -147,6 +148,7 @@ def _of_frames(frames: list[_Frame], radii: Any, colors: Any, options: dict[str,
             probe = _hides(scene_options) or scene_options["color_by"] in _FRACTIONS or _is_log(scene_options)
             limits = _limits_of_shown([(some, {}) for some in particles], scene_options, folder, tools) if probe else None
             scene_options["range"] = limits or range_over(particles, scene_options)
+        _fix_shows([(some, {}) for some in particles], scene_options, folder, tools)
         if particles[0].radii is None and particles[0].elements is None:
             radius = _scene(particles[0], {}, settings, folder / "radius", tools)["particles"][0].get("radius")
             particles = [some.changed(radii=radius) for some in particles]
@@ -190,11 +192,12 @@ def _of_files(
     if not all(isinstance(frame.source, (str, os.PathLike)) for frame in frames):
         raise InputError(_MIXED)
     numbers = [{} if frame.number is None else {"frame": frame.number} for frame in frames]
+    sources = list(zip([frame.source for frame in frames], numbers))
     if needs_range(scene_options):
         probe = _hides(scene_options) or _is_log(scene_options)
         limits = None if probe else _limits_of_files(frames, scene_options, tools)
-        sources = list(zip([frame.source for frame in frames], numbers))
         scene_options["range"] = limits or _limits_of_shown(sources, scene_options, folder, tools)
+    _fix_shows(sources, scene_options, folder, tools)
     scene = _scene(frames[0].source, {**scene_options, **numbers[0]}, settings, folder / "first", tools, radii, colors)
     item = scene["particles"][0]
     return [
@@ -211,6 +214,23 @@ def _hides(options: Mapping[str, Any]) -> bool:
 def _is_log(options: Mapping[str, Any]) -> bool:
     """Returns whether the colours have a logarithmic scale, which only numbers above 0 determine."""
     return options.get("color_scale") == "log"
+
+
+def _fix_shows(
+    sources: Sequence[tuple[Any, Mapping[str, Any]]], options: dict[str, Any], folder: Path, tools: Tools
+) -> None:
+    """Gives each part in `show` that has colours by a number of its own the range of its selection in all frames."""
+    fixed: list[Any] = []
+    for part in options.get("show", []):
+        if not isinstance(part, str) and "color_by" in part and "select" in part and needs_range(part):
+            whole = {name: value for name, value in options.items() if name not in ("show", "material", *_COLORING)}
+            look = {name: value for name, value in part.items() if name in _COLORING}
+            select = f"({options['select']}) and ({part['select']})" if "select" in options else part["select"]
+            limits = _limits_of_shown(sources, {**whole, **look, "select": select}, folder, tools)
+            part = {**part, "range": limits}
+        fixed.append(part)
+    if fixed:
+        options["show"] = fixed
 
 
 def _limits_of_shown(
