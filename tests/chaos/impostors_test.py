@@ -13,26 +13,23 @@ from proxy import Proxy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integration"))
 from farm import SCENES, Farm, run, wait_for  # noqa: E402
-from longer_jobs import JobOverTooEarly, again_with_longer_jobs  # noqa: E402
+from longer_jobs import JobOverTooEarly, LongerJobs, again_with_longer_jobs  # noqa: E402
 
 SCENE = SCENES / "one-weekend-20.json"
 SIZE = ("--width", "64", "--height", "48")
 SETTINGS = (*SIZE, "--spp", "600")
 
 
-class Impostors(unittest.TestCase):
+class Impostors(LongerJobs, unittest.TestCase):
     """Each worker connects from its own address, so the coordinator sees different machines."""
 
-    longer = 1  # factor for the lengths of jobs that must not be over before a faulty worker's first result
+    growth = 4  # jobs must not be over before a faulty worker's first result
 
     @classmethod
     def setUpClass(cls):
         if not hosts.permitted():
             raise unittest.SkipTest("network namespaces are not permitted")
         cls.addresses = hosts.local_addresses(11)
-
-    def make_longer(self):
-        self.longer *= 4
 
     def farm(self, *options):
         return Farm("--insecure", *options, bind=f"tcp://{self.addresses[0]}:*")

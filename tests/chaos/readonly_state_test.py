@@ -12,7 +12,7 @@ import hosts
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integration"))
 from farm import SCENES, Farm, run, wait_for  # noqa: E402
-from longer_jobs import JobOverTooEarly, again_with_longer_jobs  # noqa: E402
+from longer_jobs import JobOverTooEarly, LongerJobs, again_with_longer_jobs  # noqa: E402
 
 SETTINGS = ("--width", "160", "--height", "100", "--spp", "64")
 
@@ -21,9 +21,7 @@ def mount(*arguments):
     subprocess.run(["mount", *map(str, arguments)], check=True, capture_output=True)
 
 
-class ReadOnlyState(unittest.TestCase):
-    spp = 700  # of the job that is disturbed
-
+class ReadOnlyState(LongerJobs, unittest.TestCase):
     def setUp(self):
         if not hosts.permitted():
             self.skipTest("mount namespaces are not permitted")
@@ -35,8 +33,7 @@ class ReadOnlyState(unittest.TestCase):
 
     def make_longer(self):
         self.make_writable()
-        self.spp *= 2
-        self.setUp()
+        super().make_longer()
 
     def make_read_only(self):
         """Covers the directory by a read-only view of itself, as if its file system were remounted."""
@@ -60,7 +57,7 @@ class ReadOnlyState(unittest.TestCase):
 
     @again_with_longer_jobs
     def test_jobs_wait_with_the_reason_and_continue_when_the_state_is_writable_again(self):
-        long = ("--width", "160", "--height", "100", "--spp", self.spp)
+        long = ("--width", "160", "--height", "100", "--spp", 700 * self.longer)
         with Farm("--state", self.state) as farm:
             before = farm.submit(SCENES / "glass.json", *SETTINGS)
             farm.start_worker("w1")

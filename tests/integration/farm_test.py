@@ -14,7 +14,7 @@ import time
 import unittest
 
 from farm import BIN, SCENES, SOURCE, Farm, run, wait_for
-from longer_jobs import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, LongerJobs, again_with_longer_jobs
 from mpi import committed_bytes, kept_bytes
 
 SCENE = SCENES / "one-weekend-20.json"
@@ -45,22 +45,11 @@ class FarmCase(unittest.TestCase):
         cls.expected = render_report(SCENE, *SIZE, "--threads", 1)["image_sha256"]
 
 
-class Deaths(FarmCase):
-    longer = 1  # factor for the lengths of jobs
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.take_jobs()
-
+class Deaths(LongerJobs, FarmCase):
     @classmethod
     def take_jobs(cls):
         cls.long = size(cls.longer * LONG_SPP)
         cls.expected_long = render_report(SCENE, *cls.long)
-
-    def make_longer(self):
-        type(self).longer *= 2
-        self.take_jobs()
 
     @again_with_longer_jobs
     def test_a_worker_killed_in_mid_job_changes_nothing(self):

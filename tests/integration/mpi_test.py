@@ -13,7 +13,7 @@ import time
 import unittest
 
 from farm import SCENES, Farm, child_processor_seconds, run, wait_for
-from longer_jobs import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, LongerJobs, again_with_longer_jobs
 from mpi import MpiRun, check_unfinished, committed_bytes, kept_bytes, kept_passes, why_not
 
 SCENE = SCENES / "one-weekend-484.json"
@@ -110,20 +110,8 @@ class MpiCase(unittest.TestCase):
         self.assertEqual(report["mpi"]["corrupt_results"], 0)
 
 
-class DisturbedJobs(MpiCase):
+class DisturbedJobs(LongerJobs, MpiCase):
     """Tests that disturb a job which still runs."""
-
-    longer = 1  # factor for the lengths of jobs
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.take_jobs()
-
-    def make_longer(self):
-        type(self).longer *= 2
-        self.take_jobs()
-        self.setUp()
 
     def check_farm_runs(self, farm, number):
         if farm.job(number)["state"] == "done":

@@ -11,7 +11,7 @@ import tempfile
 import unittest
 
 from farm import Farm, run, wait_for
-from longer_jobs import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, LongerJobs, again_with_longer_jobs
 
 
 def bytes_of(worker):
@@ -23,8 +23,8 @@ def bytes_of(worker):
     return [int(group) for group in found.groups()]
 
 
-class Spread(unittest.TestCase):
-    spp = 16
+class Spread(LongerJobs, unittest.TestCase):
+    growth = 4
 
     @classmethod
     def setUpClass(cls):
@@ -33,20 +33,16 @@ class Spread(unittest.TestCase):
         cls.scene = pathlib.Path(cls.directory.name) / "dust.csv"
         rows = (f"{dice.uniform(-9, 9)},{dice.uniform(-9, 9)},{dice.uniform(-9, 9)},0.05" for _ in range(60000))
         cls.scene.write_text("x,y,z,radius\n" + "\n".join(rows) + "\n")
-        cls.take_job()
+        super().setUpClass()
 
     @classmethod
-    def take_job(cls):
-        cls.job = [cls.scene, "--width", "64", "--height", "48", "--spp", str(cls.spp), "--schedule", "static"]
+    def take_jobs(cls):
+        cls.job = [cls.scene, "--width", "64", "--height", "48", "--spp", str(16 * cls.longer), "--schedule", "static"]
         picture = pathlib.Path(cls.directory.name) / "a.png"
         report = pathlib.Path(cls.directory.name) / "a.json"
         result = run("render", "-o", picture, "--report", report, *cls.job)
         assert result.returncode == 0, result.stderr
         cls.expected = json.loads(report.read_text())["image_sha256"]
-
-    def make_longer(self):
-        type(self).spp *= 4
-        self.take_job()
 
     @classmethod
     def tearDownClass(cls):

@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 from farm import BIN, SCENES, Farm, run, wait_for
-from longer_jobs import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, LongerJobs, again_with_longer_jobs
 
 SCENE = SCENES / "one-weekend-20.json"
 QUICK = ["--width", "60", "--height", "40", "--spp", "4"]
@@ -15,14 +15,10 @@ LONG = [*LARGE, "1000"]
 ENDLESS = ["--width", "160", "--height", "100", "--spp", "1000000"]
 
 
-class Sharing(unittest.TestCase):
-    spp = 1000  # of a job that a test disturbs: a second of two cores
-
-    def make_longer(self):
-        type(self).spp *= 2
-
+class Sharing(LongerJobs, unittest.TestCase):
     def long(self):
-        return [*LARGE, str(self.spp)]
+        """A job that a test disturbs: a second of two cores."""
+        return [*LARGE, str(1000 * self.longer)]
 
     def test_a_short_job_does_not_wait_for_a_long_one_that_came_before(self):
         with Farm() as farm:

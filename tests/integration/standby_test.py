@@ -13,7 +13,7 @@ import unittest
 
 from farm import BIN, Farm, run, wait_for
 from farm_test import SCENE, render_report
-from longer_jobs import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, LongerJobs, again_with_longer_jobs
 
 SMALL = ("--width", "16", "--height", "16", "--spp", "1")
 SYSTEMS_PORTS = pathlib.Path("/proc/sys/net/ipv4/ip_local_port_range")
@@ -37,19 +37,14 @@ def run_coordinator(*arguments):
                           timeout=60)
 
 
-class LongJobs(unittest.TestCase):
+class LongJobs(LongerJobs, unittest.TestCase):
     """Tests that disturb a job which still runs."""
 
-    spp = 1000  # about two seconds of a core
-
     @classmethod
-    def setUpClass(cls):
-        cls.long = ("--width", 160, "--height", 100, "--spp", cls.spp)
+    def take_jobs(cls):
+        spp = 1000 * cls.longer  # at first about two seconds of a core
+        cls.long = ("--width", 160, "--height", 100, "--spp", spp)
         cls.expected = render_report(SCENE, *cls.long)["image_sha256"]
-
-    def make_longer(self):
-        type(self).spp *= 2
-        self.setUpClass()
 
     def progress_of_unfinished(self, farm, job):
         progress = farm.job(job)["progress"]

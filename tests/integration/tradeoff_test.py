@@ -14,7 +14,7 @@ import time
 import unittest
 
 from farm import BIN, run
-from longer_jobs import JobOverTooEarly, again_with_longer_jobs
+from longer_jobs import JobOverTooEarly, LongerJobs, again_with_longer_jobs
 
 SCENE = {
     "version": 1,
@@ -203,16 +203,11 @@ class Targets(TradeoffCase):
         self.assertTrue(result.stdout.splitlines()[2].startswith("For an RMSE of 0.01: --sampler "))
 
 
-class Runs(TradeoffCase):
-    budget = 2
-
-    def make_longer(self):
-        type(self).budget *= 2
-        self.setUp()
-
+class Runs(LongerJobs, TradeoffCase):
     @again_with_longer_jobs
     def test_the_same_command_continues_after_a_kill(self):
-        command = [BIN / "parray", "tradeoff", self.scene, "-o", self.output, "--time-budget", self.budget, "--quiet"]
+        budget = 2 * self.longer
+        command = [BIN / "parray", "tradeoff", self.scene, "-o", self.output, "--time-budget", budget, "--quiet"]
         process = subprocess.Popen([str(word) for word in command], stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL)
         runs = self.output / "runs.csv"
@@ -220,7 +215,7 @@ class Runs(TradeoffCase):
             time.sleep(0.01)
         process.send_signal(signal.SIGKILL)
         if process.wait() == 0:
-            raise JobOverTooEarly(f"it was over in {self.budget} s")
+            raise JobOverTooEarly(f"it was over in {budget} s")
         self.assertEqual(process.returncode, -signal.SIGKILL)
         kept = runs.read_bytes()
         self.assertGreater(kept.count(b"\n"), 5)
