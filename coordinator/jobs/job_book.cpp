@@ -66,7 +66,9 @@ void JobBook::restore_jobs() {
     if (job.record.series_id != 0) {
       series_[{job.record.user, job.record.series}] = job.record.series_id;
     }
-    if (job.record.state == JobState::queued) job.queued_at = queued_at(job.record.events);
+    const bool may_have_waited =
+        job.record.state == JobState::queued || job.record.state == JobState::paused;
+    if (may_have_waited) job.queued_at = queued_at(job.record.events);
     if (job.record.state == JobState::running) job.record.state = JobState::queued;
     job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
     job.stored = true;

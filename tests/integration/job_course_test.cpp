@@ -262,6 +262,21 @@ TEST_CASE("the wait of a job that was queued again begins then, also after a res
   CHECK(oldest_queued_seconds(service) == doctest::Approx(60));
 }
 
+TEST_CASE("a restart does not lose the wait of a job that was paused before its first lease") {
+  TimedService timed;
+  Service& service = timed.service;
+  const JobId id = service.submit(small_scene(), many_leases());
+  service.steer(id, msg::JobAction::pause);
+  service.turn();
+  timed.clock += 60;
+  service.restart();
+  service.turn();
+  CHECK(oldest_queued_seconds(service) == 0);  // a paused job is not queued
+  service.steer(id, msg::JobAction::resume);
+  service.turn();
+  CHECK(oldest_queued_seconds(service) == doctest::Approx(60));
+}
+
 TEST_CASE("after a restart, a resumed job that had leases does not wait for its first one") {
   TimedService timed;
   Service& service = timed.service;
