@@ -132,6 +132,8 @@ class JobBook {
   void renew_outlook();
   void warn_of_long_jobs();
   void make_room_on_disk();
+  /// Calls forget_all(), unless the number is forgotten: a quick look is forgotten with its job.
+  void forget_listed(JobId number, const std::string& why);
   void forget_previews(JobId of);
   void check_preview(const JobRecord& record) const;
   void forget_old_jobs();

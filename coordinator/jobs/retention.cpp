@@ -96,11 +96,7 @@ void JobBook::forget_old_jobs() {
       old.push_back(number);
     }
   }
-  for (const JobId number : old) {
-    const JobIndex::Frames* frames = farm_.index.listed_as(number);
-    if (frames == nullptr) continue;  // a quick look is forgotten with its job
-    forget_all(series_of(*frames), "because of its age (--keep-days)");
-  }
+  for (const JobId number : old) forget_listed(number, "because of its age (--keep-days)");
 }
 
 void JobBook::note_damaged_rows(Job& job, const std::string& damage) {
@@ -129,9 +125,7 @@ void JobBook::make_room_on_disk() {
   }
   for (const JobId number : ended) {
     if (usage_.total <= farm_.options.limits.disk) return;
-    const JobIndex::Frames* frames = farm_.index.listed_as(number);
-    if (frames == nullptr) continue;  // a quick look is forgotten with its job
-    forget_all(series_of(*frames), "to keep within --max-disk");
+    forget_listed(number, "to keep within --max-disk");
   }
 }
 
@@ -171,6 +165,11 @@ void JobBook::forget_previews(JobId of) {
     }
     forget_job(id, "with its job");
   }
+}
+
+void JobBook::forget_listed(JobId number, const std::string& why) {
+  const JobIndex::Frames* frames = farm_.index.listed_as(number);
+  if (frames != nullptr) forget_all(series_of(*frames), why);
 }
 
 void JobBook::forget_all(const Series& listed, const std::string& why) {
