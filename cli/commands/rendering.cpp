@@ -1,8 +1,12 @@
 #include "cli/commands/rendering.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <iostream>
+#include <string_view>
 #include <utility>
 
 #include "cli/commands/drawing.h"
@@ -16,6 +20,7 @@
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
 #include "common/adaptive/rounding_limit.h"
+#include "common/base/ascii.h"
 #include "common/base/bands.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
@@ -48,6 +53,31 @@ Time polling_interval(Time waited) {
   return std::clamp(waited / 50, Time(milliseconds(2)), Time(milliseconds(100)));
 }
 
+/// Returns whether mpirun sets this variable for its ranks. Parameters of a user (OMPI_MCA_btl,
+/// PMIX_MCA_gds) are not among these.
+static bool marks_rank(std::string_view name) {
+  constexpr auto marks = std::to_array<std::string_view>(
+      {"OMPI_APP_CTX_", "OMPI_ARGV", "OMPI_COMM", "OMPI_FILE_LOCATION", "OMPI_FIRST_RANKS",
+       "OMPI_MCA_ess", "OMPI_MCA_initial_wdir", "OMPI_MCA_orte_", "OMPI_MCA_pmix",
+       "OMPI_NUM_APP_CTX", "OMPI_UNIVERSE_SIZE", "PMIX_"});
+  return !name.starts_with("PMIX_MCA_") &&
+         std::ranges::any_of(marks, [name](auto mark) { return name.starts_with(mark); });
+}
+
+/// Returns `command` for the shell, without variables that make mpirun refuse to start. This
+/// process keeps them, because MPI may still read them.
+static std::string without_rank(const std::string& command) {
+  std::string names;
+  for (const char* const* variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view text = *variable;
+    const std::string_view name = text.substr(0, text.find('='));
+    const bool plain =
+        std::ranges::all_of(name, [](char c) { return c == '_' || ascii::is_letter_or_digit(c); });
+    if (plain && marks_rank(name)) names += " " + std::string(name);
+  }
+  return names.empty() ? command : "unset" + names + "\n" + command;
+}
+
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image) {
   if (command.empty()) return;
@@ -58,7 +88,8 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
   setenv("PARRAY_REASON", printable(reason, 2000).c_str(), 1);
   setenv("PARRAY_IMAGE", image.c_str(), 1);
   forget_wait_policy();
-  const int status = std::system(command.c_str());  // NOLINT(cert-env33-c): the user's own command
+  const std::string words = without_rank(command);
+  const int status = std::system(words.c_str());  // NOLINT(cert-env33-c): the user's own command
   // NOLINTEND(concurrency-mt-unsafe)
   if (status != 0) std::cerr << "parray: --on-end " << printable(command, 200) << " has failed\n";
 }

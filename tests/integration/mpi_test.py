@@ -220,6 +220,14 @@ class OneHash(MpiCase):
         with Farm("--state", self.state) as farm:
             self.check(farm.fetch(1), self.expected)
 
+    def test_the_command_of_on_end_may_start_mpirun_and_has_the_users_parameters(self):
+        told = self.state.parent / "told"
+        command = f"mpirun -n 2 --oversubscribe sh -c 'echo $PARRAY_STATE $OMPI_MCA_btl' > {told}"
+        with MpiRun(2, SCENE, *SIZE, "--on-end", command, env={"OMPI_MCA_btl": "self,vader,tcp"}) as job:
+            job.finish()
+            self.assertNotIn("--on-end", job.text())
+        self.assertEqual(told.read_text(), "done self,vader,tcp\n" * 2)
+
     def test_bad_input_is_refused_in_one_line_by_one_rank(self):
         cases = {"no-such-scene.json": ["no-such-scene.json"],
                  "--no-such-option": [SCENE, "--no-such-option"],
