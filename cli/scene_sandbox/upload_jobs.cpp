@@ -35,7 +35,8 @@ class Batch {
     constexpr std::size_t most_jobs = 256;
     constexpr std::uint64_t most_bytes = std::uint64_t{64} << 20;
     constexpr Time longest = seconds(10);
-    return jobs_ >= most_jobs || bytes_ >= most_bytes || clock_.now() - begin_ >= longest;
+    const bool late = jobs_ > 0 && clock_.now() - begin_ >= longest;
+    return jobs_ >= most_jobs || bytes_ >= most_bytes || late;
   }
   /// Writes the description of the batch. `frames`: number of frames of the series; 0: single job.
   void finish(std::size_t frames) const {
@@ -98,21 +99,44 @@ FrameRange range_of(const ChosenFrames& chosen, FrameScenes& scenes) {
   return {0, static_cast<std::uint32_t>(count - 1), 1};
 }
 
+/// Returns the result of `work`. Begins its errors with the number of the frame.
+auto of_frame(std::uint32_t frame, const auto& work) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    throw InputError("frame " + std::to_string(frame) + ": " + error.what());
+  }
+}
+
+void fix(const FrameRange& range, FrameScenes& scenes) {
+  of_frame(range.first, [&] { scenes.fix({range.first}); });
+}
+
+/// Throws InputError if the last frame cannot be read. A series that lacks frames never ends, so
+/// this comes before its first job.
+void check_last(const FrameRange& range, FrameScenes& scenes) {
+  const std::uint32_t last = range.number(range.count() - 1);
+  if (last != range.first) of_frame(last, [&] { scenes.at(last); });
+}
+
 void add_frames(const UploadRequest& request, std::size_t first, Batch& batch) {
   FrameScenes scenes(request.scene, request.render, NamedFiles::beside);
   const FrameRange range = range_of(*request.frames, scenes);
+  fix(range, scenes);
+  if (first == 0) check_last(range, scenes);
   for (std::size_t place = first; place < range.count() && !batch.full(); ++place) {
     const std::uint32_t frame = range.number(static_cast<std::uint32_t>(place));
     try {
-      if (place == first) scenes.fix({range.first});
-      Submission submission =
-          submission_of(request, load_frame(RenderMode::http, scenes, frame, request.priority));
+      Submission submission = of_frame(frame, [&] {
+        return submission_of(request,
+                             load_frame(RenderMode::http, scenes, frame, request.priority));
+      });
       submission.frame = frame;
       submission.frames = range.count();
       batch.add(submit_message(std::move(submission)));
-    } catch (const InputError& error) {
-      if (batch.jobs() > 0) break;
-      throw InputError("frame " + std::to_string(frame) + ": " + error.what());
+    } catch (const InputError&) {
+      if (batch.jobs() > 0) break;  // the next batch says why
+      throw;
     }
   }
   batch.finish(range.count());
@@ -152,7 +176,8 @@ Submission first_submission(const UploadRequest& request, std::size_t& frames) {
   }
   FrameScenes scenes(request.scene, request.render, NamedFiles::beside);
   const FrameRange range = range_of(*request.frames, scenes);
-  scenes.fix({range.first});
+  fix(range, scenes);
+  check_last(range, scenes);
   frames = range.count();
   return submission_of(request,
                        load_frame(RenderMode::http, scenes, range.first, request.priority));

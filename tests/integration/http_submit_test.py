@@ -270,22 +270,28 @@ class Frames(SubmitCase):
             self.assert_problem(post(name="b"), 422, "different content")
 
     def test_a_frame_that_cannot_be_read_is_named_with_what_was_submitted(self):
-        broken = trajectory(2) + "2\nframe 2\nO 0 0 0\nO x 0 0\n"
+        broken = trajectory(2) + "2\nframe 2\nO 0 0 0\nO x 0 0\n" + trajectory(1)
         with Web() as farm:
-            answer = farm.post_form(("f", "run.xyz", broken), options(**SMALL, frames="0:2"))
-            detail = self.assert_problem(answer, 422, "has 2 of 3 frames")
+            answer = farm.post_form(("f", "run.xyz", broken), options(**SMALL, frames="0:3"))
+            detail = self.assert_problem(answer, 422, "has 2 of 4 frames")
             self.assertIn("frame 2: run.xyz:", detail)
             series = farm.get("/jobs").json()["jobs"][0]
-            self.assertEqual(series["frames"], 3)
-            self.assertIn(f"series {series['id']} has 2 of 3", detail)
-            for frames, problem in (("0:9", "has 2 of 10 frames"), ("1-3", "is not a range of frames"), ("9:0", "is not"),
+            self.assertEqual(series["frames"], 4)
+            self.assertIn(f"series {series['id']} has 2 of 4", detail)
+
+    def test_a_series_of_frames_that_do_not_exist_is_refused_and_makes_no_job(self):
+        with Web() as farm:
+            for frames, problem in (("0:9", "frame 9: run.xyz:"), ("0:9:4", "frame 8: run.xyz:"),
+                                    ("1-3", "is not a range of frames"), ("9:0", "is not"),
                                     ("0:99999", "more than the limit"), ("5", "frame 5: ")):
-                self.assert_problem(farm.post_form(("f", "run.xyz", trajectory(2)), options(**SMALL, frames=frames)), 422,
-                                    problem)
+                body, kind = form(("f", "run.xyz", trajectory(2)), options(**SMALL, frames=frames))
+                for path in ("/api/v1/jobs", "/api/v1/plan"):
+                    self.assert_problem(farm.ask("POST", path, body, {"Content-Type": kind}), 422, problem)
             self.assert_problem(farm.post_form(("scene", None, json.dumps(SCENE)), options(frames="all")), 422,
                                 "names no trajectory")
             self.assert_problem(farm.post_form(("f", "run.xyz", trajectory(2)), options(frames="all", frame=1)), 422,
                                 "exclude each other")
+            self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
     def test_more_frames_than_a_batch_are_submitted(self):
         with Web() as farm:
