@@ -209,7 +209,9 @@ int render_views(const RenderRequest& request, const std::vector<View>& views) {
     rendered.stop();
     throw;
   }
-  return write_sheet(rendered, outputs);
+  const int status = write_sheet(rendered, outputs);
+  ignore_signals();
+  return status;
 }
 
 struct RenderCommand {
@@ -261,8 +263,11 @@ int render(const RenderCommand& command) {
   try {
     const Time submitted = clock.now();
     const JobId job = client.submit(std::move(prepared.submission));
-    return wait_and_write(client, job, prepared.outputs, command.following, extra,
-                          CommandTimes{started, to_seconds(clock.now() - submitted), true});
+    const int status =
+        wait_and_write(client, job, prepared.outputs, command.following, extra,
+                       CommandTimes{started, to_seconds(clock.now() - submitted), true});
+    ignore_signals();
+    return status;
   } catch (const Interrupted&) {
     stop_interrupted(farm);
     throw;

@@ -57,6 +57,10 @@ void stop_at_signals() {
   ignore_failed_writes();
 }
 
+void ignore_signals() {
+  for (const int signal : std::array{SIGINT, SIGTERM, SIGHUP}) handle(signal, SIG_IGN);
+}
+
 void note_signals() {
   constexpr int once = static_cast<int>(SA_RESETHAND);
   for (const int signal : std::array{SIGINT, SIGTERM}) handle(signal, note, once);

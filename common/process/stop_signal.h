@@ -24,6 +24,10 @@ inline constexpr int interrupted_status = 130;
 /// stderr and interrupted_status. SIGHUP does so only if it is not ignored (nohup).
 void stop_at_signals();
 
+/// For interactive programs whose last output is in place: the signals no longer end the program,
+/// which ends soon with the status of its work.
+void ignore_signals();
+
 /// For services, which poll interrupt_noted() in their loop. SIGINT and SIGTERM are only noted;
 /// the second signal of the same kind ends the process at once. Does not change what SIGHUP does.
 void note_signals();

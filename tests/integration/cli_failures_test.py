@@ -1,5 +1,6 @@
 """Renders that are interrupted, or whose disk is full."""
 
+import contextlib
 import json
 import os
 import pathlib
@@ -10,7 +11,7 @@ import time
 import unittest
 
 from cli_usage_test import LONG, SCENE, CliTest
-from farm import BIN, run, wait_for
+from farm import BIN, SCENES, run, wait_for
 from png import read_text
 
 # A shell that may mount file systems of its own.
@@ -19,8 +20,8 @@ ALONE = "unshare", "--user", "--map-root-user", "--mount", "sh", "-c"
 
 class Failures(CliTest):
     def start(self, *arguments, **options):
-        process = subprocess.Popen([BIN / "parray", *map(str, arguments)], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True, **options)
+        process = subprocess.Popen([BIN / "parray", *map(str, arguments)], stderr=subprocess.PIPE, text=True,
+                                   **{"stdout": subprocess.PIPE, **options})
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         return process
@@ -64,6 +65,30 @@ class Failures(CliTest):
         _, stderr = process.communicate(timeout=60)
         self.assertEqual((process.returncode, stderr), (130, "parray: interrupted\n"))
         self.assertEqual(self.files(), self.before)
+
+    def test_signals_after_the_picture_is_written_do_not_change_the_exit_status(self):
+        for more in ((), ("--views", "front,top")):
+            reading, writing = os.pipe()
+            os.set_blocking(writing, False)
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    os.write(writing, bytes(4096))
+            os.set_blocking(writing, True)
+            # The pipe is full, so the program stays at its end until somebody reads.
+            file = self.path("a.png")
+            process = self.start("render", SCENES / "particles" / "helix.pdb", "-o", file, "--width", "60", "--height",
+                                 "40", "--spp", "4", "-q", *more, stdout=writing)
+            os.close(writing)
+            wait_for(file.exists, "the picture")
+            for _ in range(20):
+                process.send_signal(signal.SIGINT)
+                time.sleep(0.02)
+            with open(reading, "rb") as pipe:
+                said = pipe.read().strip(bytes(1))
+            _, stderr = process.communicate(timeout=60)
+            self.assertEqual((process.returncode, stderr), (0, ""))
+            self.assertIn(b"wrote ", said)
+            file.unlink()
 
     def test_an_interrupt_while_the_picture_is_written_leaves_nothing(self):
         for width in (2000, 6000, 12000, 24000):  # a wider one if the signal comes after the writing
