@@ -361,7 +361,14 @@ void serve_jobs(Arguments& a, StateOwner& state, const std::shared_ptr<spdlog::l
   options.checks.ours_too = a.spot_checks > 0;
   options.referee = std::make_shared<RefereeProcess>(
       RefereeProcess::Options{{}, a.options.fingerprint, [&server] { server.link().wake(); }});
+  constexpr const char* webhooks_note = "webhooks";
+  if (state.store() != nullptr) a.http.webhooks = state.store()->note(webhooks_note);
   Coordinator coordinator(std::move(options), state.store(), log);
+  if (state.store() != nullptr) {
+    a.http.keep_webhooks = [&coordinator](std::string text) {
+      return coordinator.keep_note(webhooks_note, std::move(text));
+    };
+  }
   const SteadyClock clock;
   log->info("ParRay {} coordinator serves {}", PARRAY_VERSION, server.endpoint());
   std::cout << server.endpoint() << std::endl;

@@ -99,9 +99,7 @@ class HttpService::Impl {
         uploads_(runner_, scene_places_, memory_, directory_.path(), options.uploads),
         pictures_(loop_, runner_, picture_places_, memory_, disk_, directory_.path()),
         events_(loop_, options.streams),
-        webhooks_(
-            loop_, options.webhook_hosts,
-            options.state.empty() ? fs::path() : fs::path(options.state) / "http" / "webhooks"),
+        webhooks_(loop_, options.webhook_hosts, options.webhooks, options.keep_webhooks),
         api_(loop_, uploads_, pictures_, events_, webhooks_, counts_,
              {options.uploads.body_bytes, options.uploads.parts, options.streams,
               options.worker_address, is_loopback(options.worker_address), !options.keys.empty(),

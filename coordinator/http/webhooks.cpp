@@ -3,8 +3,8 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "common/base/error.h"
 #include "common/base/json_text.h"
@@ -52,10 +52,10 @@ std::optional<WebhookUrl> webhook_url(const std::string& text) {
   return clean && named ? std::optional(std::move(url)) : std::nullopt;
 }
 
-Webhooks::Webhooks(LoopClient& loop, std::vector<std::string> hosts, std::filesystem::path file,
-                   Post post)
-    : loop_(loop), hosts_(std::move(hosts)), file_(std::move(file)), post_(std::move(post)) {
-  std::ifstream in(file_);
+Webhooks::Webhooks(LoopClient& loop, std::vector<std::string> hosts, const std::string& pending,
+                   Keep keep, Post post)
+    : loop_(loop), hosts_(std::move(hosts)), keep_(std::move(keep)), post_(std::move(post)) {
+  std::istringstream in(pending);
   JobId job = 0;
   for (std::string url; in >> job >> url;) {
     if (permits(webhook_url(url))) hooks_[job].url = url;
@@ -92,24 +92,32 @@ void Webhooks::check(const std::string& url) const {
 }
 
 void Webhooks::add(JobId job, const std::string& url) {
+  constexpr Time longest = seconds(10);
+  std::future<void> kept;
   {
     const std::scoped_lock lock(mutex_);
     hooks_[job] = Hook{url, ++added_};
-    save();
+    kept = save();
   }
   changed_.notify_one();
+  const SteadyClock clock;
+  const Time end = clock.now() + longest;
+  while (kept.valid() && kept.wait_for(milliseconds(10)) != std::future_status::ready) {
+    if (stopped() || clock.now() >= end) return;
+  }
 }
 
-/// Writes the pending webhooks to the file. A write error loses them with the process, but does not
-/// affect the jobs.
-void Webhooks::save() const {
-  if (file_.empty()) return;
-  const std::filesystem::path fresh = file_.string() + ".new";
-  std::ofstream out(fresh);
-  for (const auto& [job, hook] : hooks_) out << job << " " << hook.url << "\n";
-  out.close();
-  std::error_code ignored;
-  if (out) std::filesystem::rename(fresh, file_, ignored);
+/// Stores the pending webhooks.
+std::future<void> Webhooks::save() const {
+  if (!keep_) return {};
+  std::string text;
+  for (const auto& [job, hook] : hooks_) text += std::to_string(job) + " " + hook.url + "\n";
+  return keep_(std::move(text));
+}
+
+bool Webhooks::stopped() {
+  const std::scoped_lock lock(mutex_);
+  return stopped_;
 }
 
 void Webhooks::stop() {
@@ -154,7 +162,7 @@ void Webhooks::deliver_due(Time now) {
     if (hooks_.at(job).added != hook.added) continue;  // add() has replaced it meanwhile
     if (settled) {
       hooks_.erase(job);
-      save();
+      static_cast<void>(save());
     } else {
       hooks_[job] = hook;
     }

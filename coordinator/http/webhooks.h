@@ -2,8 +2,8 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
+#include <future>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -34,25 +34,29 @@ bool post_webhook(const WebhookUrl& url, const std::string& body);
 
 /// Notifies other servers when a job has ended. It sends a POST with {"event": "job-ended", "job":
 /// ...} to the URL that came with the job. Its thread repeats a failed POST up to five times, after
-/// 1 s, then 5, 25 ... s, and then drops the webhook. Pending webhooks are stored in a file.
-/// Callable from any thread.
+/// 1 s, then 5, 25 ... s, and then drops the webhook. The coordinator's store keeps pending
+/// webhooks, so a standby and a backup have them, too. Callable from any thread.
 class Webhooks {
  public:
   /// Sends a POST: see post_webhook(), which tests replace.
   using Post = std::function<bool(const WebhookUrl&, const std::string&)>;
 
-  /// `loop` must outlive this object. `hosts`: hosts that webhooks may address. `file`: where
-  /// pending webhooks are stored; empty: nowhere.
-  Webhooks(LoopClient& loop, std::vector<std::string> hosts, std::filesystem::path file,
+  /// Stores the text of all pending webhooks. The result is ready when that is done.
+  using Keep = std::function<std::future<void>(std::string)>;
+
+  /// `loop` must outlive this object. `hosts`: hosts that webhooks may address. `pending`: the text
+  /// that an earlier process stored last. `keep` may be empty: nothing outlives the process.
+  Webhooks(LoopClient& loop, std::vector<std::string> hosts, const std::string& pending, Keep keep,
            Post post = post_webhook);
   ~Webhooks();
   Webhooks& operator=(Webhooks&&) = delete;
 
   /// Throws Problem 422 if `url` is invalid or its host is not permitted.
   void check(const std::string& url) const;
-  /// Adds the webhook of a job, in place of an earlier one.
+  /// Adds the webhook of a job, in place of an earlier one. Waits until it is stored, but at most
+  /// ten seconds.
   void add(JobId job, const std::string& url);
-  /// Ends the thread. Pending webhooks stay in the file.
+  /// Ends the thread. Pending webhooks stay in the store.
   void stop();
 
  private:
@@ -66,13 +70,14 @@ class Webhooks {
   void run();
   void deliver_due(Time now);
   bool deliver(JobId job, Hook& hook, Time now);
-  void save() const;
+  [[nodiscard]] std::future<void> save() const;
+  [[nodiscard]] bool stopped();
 
   LoopClient& loop_;
   const std::vector<std::string> hosts_;
-  const std::filesystem::path file_;
+  const Keep keep_;
   const Post post_;
-  std::mutex mutex_;  // guards hooks_, added_, stopped_ and the file
+  std::mutex mutex_;  // guards hooks_, added_, stopped_ and the order of what is stored
   std::condition_variable changed_;
   std::map<JobId, Hook> hooks_;
   std::uint64_t added_ = 0;  ///< calls of add()

@@ -2,6 +2,7 @@
 
 #include <spdlog/logger.h>
 
+#include <future>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,6 +35,10 @@ class Coordinator final : public Actor {
 
   /// Sends `bye` to every worker; the next take_outbox() returns the messages. `reason`: one line.
   void leave(const std::string& reason);
+
+  /// Stores a named text. The result is ready when the store has committed it. Callable from any
+  /// thread if the job thread is threaded.
+  std::future<void> keep_note(const std::string& name, std::string text);
 
   [[nodiscard]] const Tally& tally() const { return farm_.tally; }
 

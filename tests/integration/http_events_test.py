@@ -9,6 +9,8 @@ import threading
 import unittest
 
 from farm import wait_for
+from mpi import committed
+from standby_test import Twins, run_coordinator
 from web import SCENE, Listener, Web, WebCase
 
 
@@ -82,6 +84,10 @@ class HookServer(http.server.ThreadingHTTPServer):
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
 
+class WebTwins(Web, Twins):
+    pass
+
+
 class Webhook(WebCase):
     def test_the_notice_of_a_jobs_end_is_repeated_after_failures_and_a_restart(self):
         server = HookServer("127.0.0.1")
@@ -99,7 +105,34 @@ class Webhook(WebCase):
             host, told = server.told[1]
             self.assertEqual((host, told["event"]), (f"127.0.0.1:{server.server_port}", "job-ended"))
             self.assertEqual((told["job"]["id"], told["job"]["state"]), (job, "done"))
-            wait_for(lambda: (pathlib.Path(state) / "http" / "webhooks").read_text() == "", "the note's end")
+            kept = "SELECT text FROM notes WHERE name = 'webhooks'"
+            wait_for(lambda: committed(pathlib.Path(state), kept) == "", "the note's end")
+        server.shutdown()
+
+    def test_a_standby_that_takes_over_sends_the_notices_of_its_primary(self):
+        server = HookServer("127.0.0.1")
+        with WebTwins("--webhook-host", "127.0.0.1", "--http", "127.0.0.1:0") as farm:
+            farm.wait_until_in_step()
+            job = farm.submitted(farm.post_with(webhook=f"http://127.0.0.1:{server.server_port}/hook"))
+            farm.kill_the_first()
+            farm.address = farm.second
+            farm.start_worker("one")
+            wait_for(lambda: server.told, "the notice")
+            self.assertEqual(server.told[0][1]["job"]["id"], job)
+        server.shutdown()
+
+    def test_a_coordinator_sends_the_notices_of_its_restored_backup(self):
+        server = HookServer("127.0.0.1")
+        with tempfile.TemporaryDirectory() as folder:
+            state, copy = pathlib.Path(folder, "state"), pathlib.Path(folder, "copy")
+            with Web("--state", state, "--webhook-host", "127.0.0.1") as farm:
+                job = farm.submitted(farm.post_with(webhook=f"http://127.0.0.1:{server.server_port}/hook"))
+                made = run_coordinator("--backup", state, copy)
+                self.assertEqual(made.returncode, 0, made.stderr)
+            with Web("--state", copy, "--webhook-host", "127.0.0.1") as farm:
+                farm.start_worker("one")
+                wait_for(lambda: server.told, "the notice")
+                self.assertEqual(server.told[0][1]["job"]["id"], job)
         server.shutdown()
 
     def test_a_webhook_may_address_a_permitted_ipv6_address(self):

@@ -2,11 +2,10 @@
 
 #include <atomic>
 #include <chrono>
-#include <fstream>
 #include <future>
-#include <iterator>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "coordinator/http/exchange.h"
@@ -14,13 +13,22 @@
 #include "coordinator/http/webhooks.h"
 #include "tests/support/rooms.h"
 #include "tests/support/running_loop.h"
-#include "tests/support/temporary_directory.h"
 
 namespace parray::http {
 namespace {
 
 using test::RunningLoop;
 using test::submit_to;
+
+/// Stores the text of pending webhooks in `text`.
+Webhooks::Keep keep_in(std::string& text) {
+  return [&text](std::string now) {
+    text = std::move(now);
+    std::promise<void> kept;
+    kept.set_value();
+    return kept.get_future();
+  };
+}
 
 TEST_CASE("the URL of a webhook has a scheme, a host, a port and a path") {
   const auto url = webhook_url("https://hooks.example:8443/a/b?c=d#e");
@@ -67,22 +75,17 @@ TEST_CASE("the host of a webhook's URL may be an IPv6 address in brackets") {
 }
 
 TEST_CASE("a pending webhook is dropped if the next process does not permit its host") {
-  const test::TemporaryDirectory directory;
-  const auto file = directory.path() / "webhooks";
-  std::ofstream(file) << "7 http://h/x\n8 http://g/x\n";
+  std::string text = "7 http://h/x\n8 http://g/x\n";
   RunningLoop loop;
   LoopClient client(loop.hub());
   client.stop();  // so that no webhook is sent
-  Webhooks(client, {"g"}, file).add(9, "http://g/y");
-  std::ifstream in(file);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  Webhooks(client, {"g"}, text, keep_in(text)).add(9, "http://g/y");
   CHECK(text == "8 http://g/x\n9 http://g/y\n");
 }
 
 TEST_CASE("webhooks permit listed hosts only, and pending ones outlive the process") {
-  // Without an answer of the coordinator no POST is sent, and the file keeps the webhook.
-  const test::TemporaryDirectory directory;
-  const auto file = directory.path() / "webhooks";
+  // Without an answer of the coordinator no POST is sent, and the webhook stays.
+  std::string text;
   RunningLoop loop;
   LoopClient client(loop.hub());
   std::atomic<int> posts = 0;
@@ -91,7 +94,7 @@ TEST_CASE("webhooks permit listed hosts only, and pending ones outlive the proce
     return false;
   };
   {
-    Webhooks hooks(client, {"h"}, file, post);
+    Webhooks hooks(client, {"h"}, "", keep_in(text), post);
     CHECK_NOTHROW(hooks.check("http://h/x"));
     try {
       hooks.check("http://other/x");
@@ -102,11 +105,27 @@ TEST_CASE("webhooks permit listed hosts only, and pending ones outlive the proce
     client.stop();  // the loop does not answer
     hooks.add(7, "http://h/x");
   }
-  std::ifstream in(file);
-  std::string line;
-  CHECK(std::getline(in, line));
-  CHECK(line == "7 http://h/x");
+  CHECK(text == "7 http://h/x\n");
   CHECK(posts == 0);
+}
+
+TEST_CASE("a webhook is added when it is stored") {
+  RunningLoop loop;
+  LoopClient client(loop.hub());
+  client.stop();
+  std::atomic<bool> stored = false;
+  std::promise<void> kept;
+  std::jthread storing;
+  const auto keep = [&](const std::string&) {
+    storing = std::jthread([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      stored = true;
+      kept.set_value();
+    });
+    return kept.get_future();
+  };
+  Webhooks(client, {"h"}, "", keep).add(7, "http://h/x");
+  CHECK(stored);
 }
 
 TEST_CASE("a webhook that is added while an earlier one of its job is being sent is sent, too") {
@@ -126,7 +145,8 @@ TEST_CASE("a webhook that is added while an earlier one of its job is being sent
       hooks->add(job, "http://h/second");
       return delivered;
     };
-    hooks = std::make_unique<Webhooks>(client, std::vector<std::string>{"h"}, "", post);
+    hooks = std::make_unique<Webhooks>(client, std::vector<std::string>{"h"}, "", Webhooks::Keep(),
+                                       post);
     hooks->add(job, "http://h/first");
     CHECK(sent.get_future().wait_for(std::chrono::minutes(1)) == std::future_status::ready);
   }
