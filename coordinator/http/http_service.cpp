@@ -126,13 +126,6 @@ class HttpService::Impl {
     webhooks_.stop();
   }
 
-  void serve_text(const std::string& path, const std::string& type,
-                  std::function<std::string()> text) {
-    router_.add("GET", path,
-                [type, text = std::move(text)](const Request&, const std::vector<std::string>&) {
-                  return text_reply(text(), type);
-                });
-  }
   void start() {
     confinement_check_ = std::thread([this] { check_confinement(); });
     server_.start();
@@ -273,10 +266,6 @@ HttpService::HttpService(const Options& options, InprocHub& hub,
                          std::shared_ptr<spdlog::logger> log)
     : impl_(std::make_unique<Impl>(options, hub, std::move(log))) {}
 HttpService::~HttpService() = default;
-void HttpService::serve_text(const std::string& path, const std::string& type,
-                             std::function<std::string()> text) {
-  impl_->serve_text(path, type, std::move(text));
-}
 void HttpService::start() { impl_->start(); }
 const std::string& HttpService::address() const { return impl_->address(); }
 

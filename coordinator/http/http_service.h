@@ -3,7 +3,6 @@
 #include <spdlog/logger.h>
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,9 +34,9 @@ struct Options {
   UploadLimits uploads{};
 };
 
-/// Serves the coordinator's HTTP interface (openapi.json), its web page and additional texts. It
-/// accesses no data of the coordinator's loop. It sends messages through a hub, as clients do. It
-/// works in threads and child processes of its own. The destructor ends all requests.
+/// Serves the coordinator's HTTP interface (openapi.json) and its web page. It accesses no data
+/// of the coordinator's loop. It sends messages through a hub, as clients do. It works in threads
+/// and child processes of its own. The destructor ends all requests.
 class HttpService {
  public:
   /// Begins to listen; start() begins to answer. `hub` must outlive this object. Throws InputError
@@ -46,10 +45,6 @@ class HttpService {
   ~HttpService();
   HttpService& operator=(HttpService&&) = delete;
 
-  /// Makes GET `path` return the result of `text`, with media type `type`. If there are keys, the
-  /// request needs a token. To be called before start(). `text` must be callable from any thread.
-  void serve_text(const std::string& path, const std::string& type,
-                  std::function<std::string()> text);
   /// Starts to answer requests.
   void start();
   /// Returns the bound address as HOST:PORT.

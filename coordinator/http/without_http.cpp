@@ -13,8 +13,6 @@ HttpService::HttpService(const Options& /*options*/, InprocHub& /*hub*/,
       "again with -DPARRAY_HTTP=ON");
 }
 HttpService::~HttpService() = default;
-void HttpService::serve_text(const std::string& /*path*/, const std::string& /*type*/,
-                             std::function<std::string()> /*text*/) {}
 void HttpService::start() {}
 const std::string& HttpService::address() const {
   static const std::string none;
