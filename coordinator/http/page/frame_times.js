@@ -1,8 +1,7 @@
 // The time of each frame of a series: a strip of bars, which shows outliers, and a table.
 
-import {button, el, setText} from './dom.js';
+import {button, el, setText, svg} from './dom.js';
 import {duration, estimate} from './format.js';
-import {shape} from './trend.js';
 
 const [width, height, base] = [340, 64, 60];
 const outlier = 2;  // times the median
@@ -23,7 +22,7 @@ export class FrameTimes {
   /** `chosen(entry)`: called when the user chooses a frame. */
   constructor(chosen) {
     this.chosen = chosen;
-    this.strip = shape('svg', {class: 'strip', viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: 'none', role: 'img'});
+    this.strip = svg('svg', {class: 'strip', viewBox: `0 0 ${width} ${height}`, preserveAspectRatio: 'none', role: 'img'});
     this.strip.addEventListener('click', event => this.#choose(event));
     this.summary = el('p', {class: 'hint'});
     this.heads = columns.map(column => el('th', {scope: 'col'}, button(column.title, () => this.#sortBy(column))));
@@ -65,11 +64,11 @@ export class FrameTimes {
     setText(this.summary, text);
     this.strip.setAttribute('aria-label', text);
     const each = width / this.#entries.length;
-    this.strip.replaceChildren(shape('path', {class: 'axis', d: `M0,${base}H${width}`}), ...this.#entries.flatMap((entry, i) => {
+    this.strip.replaceChildren(svg('path', {class: 'axis', d: `M0,${base}H${width}`}), ...this.#entries.flatMap((entry, i) => {
       if (!(entry.seconds > 0)) return [];
       const tall = Math.max(1, base * entry.seconds / most);
-      return [shape('rect', {x: i * each, y: base - tall, width: Math.max(0.5, each * 0.8), height: tall, class: this.#kindOf(entry)},
-        shape('title', {}, `Frame ${entry.frame}: ${duration(entry.seconds)}, ${entry.state}`))];
+      return [svg('rect', {x: i * each, y: base - tall, width: Math.max(0.5, each * 0.8), height: tall, class: this.#kindOf(entry)},
+        svg('title', {}, `Frame ${entry.frame}: ${duration(entry.seconds)}, ${entry.state}`))];
     }));
     this.#showTable();
   }

@@ -1,6 +1,6 @@
 // A chart of the last hour: lines over time as SVG, with a summary for screen readers and a table.
 
-import {el, setText} from './dom.js';
+import {el, setText, svg} from './dom.js';
 import {ago} from './parts.js';
 
 const hour = 3600;  // seconds
@@ -9,13 +9,6 @@ const height = 132;  // px
 const top = 16;
 const bottom = 18;
 const rowsOfTable = 12;
-
-function svg(tag, attributes = {}, ...children) {
-  const node = document.createElementNS('http://www.w3.org/2000/svg', tag);
-  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
-  node.append(...children);
-  return node;
-}
 
 /** Returns a round number that is at least `value`, and whose half is round, too. */
 function roundUp(value) {

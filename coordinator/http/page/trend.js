@@ -1,17 +1,11 @@
 // A plot of a job's error against time on a logarithmic scale: one point per pass, from the server and from later events.
 
+import {svg} from './dom.js';
 import {duration, estimate, radiance, whole} from './format.js';
 
 const [width, height, left, right, top, bottom] = [338, 150, 46, 8, 8, 20];
 const mostPoints = 400;
 const mostDots = 40;  // more of them would hide the line
-
-export function shape(tag, attributes, ...children) {
-  const node = document.createElementNS('http://www.w3.org/2000/svg', tag);
-  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
-  node.append(...children);
-  return node;
-}
 
 /** Returns 1, 2 and 5 times powers of ten from `low` to `high`, at most about four of them. */
 function ticks(low, high) {
@@ -27,7 +21,7 @@ function ticks(low, high) {
 }
 
 export class Trend {
-  element = shape('svg', {class: 'trend', viewBox: `0 0 ${width} ${height}`, role: 'img'});
+  element = svg('svg', {class: 'trend', viewBox: `0 0 ${width} ${height}`, role: 'img'});
   #points = [];  // {seconds, samples, rmse} in the order of time
   #target = 0;
 
@@ -69,20 +63,20 @@ export class Trend {
     const [low, high] = [Math.log(least), Math.log(most)];
     const x = seconds => left + seconds / last.seconds * (width - left - right);
     const y = value => top + (height - top - bottom) * (high - Math.log(value)) / (high - low);
-    const label = (value, kind) => shape('text', {x: left - 6, y: y(value) + 4, 'text-anchor': 'end', class: kind}, radiance(value));
-    const line = (value, kind) => shape('path', {class: kind, d: `M${left},${y(value)}H${width}`});
+    const label = (value, kind) => svg('text', {x: left - 6, y: y(value) + 4, 'text-anchor': 'end', class: kind}, radiance(value));
+    const line = (value, kind) => svg('path', {class: kind, d: `M${left},${y(value)}H${width}`});
     const farFromTarget = value => !(target > 0) || Math.abs(y(value) - y(target)) > 12;
     this.element.setAttribute('aria-label', `Error from ${estimate(this.#points[0].rmse)} to ${estimate(last.rmse)} in ${duration(last.seconds)}` +
       (target > 0 ? `, target ${radiance(target)}` : ''));
     this.element.append(...ticks(least, most).filter(farFromTarget).flatMap(value => [line(value, 'grid'), label(value)]),
-      shape('path', {class: 'axis', d: `M${left},${top}V${height - bottom}H${width}`}),
-      shape('text', {x: left, y: height - 5}, 'RMSE against time'),
-      shape('text', {x: width, y: height - 5, 'text-anchor': 'end'}, duration(last.seconds)));
+      svg('path', {class: 'axis', d: `M${left},${top}V${height - bottom}H${width}`}),
+      svg('text', {x: left, y: height - 5}, 'RMSE against time'),
+      svg('text', {x: width, y: height - 5, 'text-anchor': 'end'}, duration(last.seconds)));
     if (target > 0) this.element.append(line(target, 'target'), label(target, 'target'));
-    this.element.append(shape('path', {class: 'line', d: 'M' + this.#points.map(({seconds, rmse}) => `${x(seconds)},${y(rmse)}`).join('L')}));
+    this.element.append(svg('path', {class: 'line', d: 'M' + this.#points.map(({seconds, rmse}) => `${x(seconds)},${y(rmse)}`).join('L')}));
     for (const {seconds, samples, rmse} of this.#points.length > mostDots ? [last] : this.#points) {
       const text = `${duration(seconds)}: RMSE ${estimate(rmse)}${samples > 0 ? `, ${whole(samples)} samples per pixel` : ''}`;
-      this.element.append(shape('circle', {cx: x(seconds), cy: y(rmse), r: 2.5}, shape('title', {}, text)));
+      this.element.append(svg('circle', {cx: x(seconds), cy: y(rmse), r: 2.5}, svg('title', {}, text)));
     }
   }
 }
