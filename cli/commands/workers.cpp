@@ -1,5 +1,3 @@
-#include <array>
-#include <ctime>
 #include <iostream>
 #include <memory>
 
@@ -57,13 +55,10 @@ std::string reason_of(const nlohmann::json& worker) {
   std::string reason = worker.at("reason").get<std::string>();
   if (worker.at("state") != "quarantined") return reason;
   reason += "; " + worker.value("machine", std::string("its machine"));
-  const auto ends = static_cast<std::time_t>(worker.value("quarantine_ends", 0.0));
+  const double ends = worker.value("quarantine_ends", 0.0);
   if (ends == 0) return reason + ", until readmitted";
-  std::tm local{};
-  std::array<char, 32> text{};
-  localtime_r(&ends, &local);
-  if (std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M", &local) == 0) text[0] = '\0';
-  return reason + ", until " + text.data();
+  const std::string end = moment_text(ends);
+  return reason + ", until " + end.substr(0, end.rfind(':'));  // without seconds
 }
 
 /// Returns a speed as text. Empty: `speed` is 0 or missing.
