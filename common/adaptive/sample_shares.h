@@ -36,7 +36,6 @@ class SampleShares {
     const double share = level * double{weights_[i]};
     return share > counts_[i] ? share : counts_[i];
   }
-  [[nodiscard]] double weight(std::size_t i) const { return weights_[i]; }
 
  private:
   std::span<const std::uint32_t> counts_;

@@ -129,7 +129,6 @@ class LeaseTable {
   /// result has arrived is not a holder.
   [[nodiscard]] Time next_deadline() const;
 
-  [[nodiscard]] bool has_pending() const { return pending_cells_ > 0; }
   /// Returns whether nothing is pending or leased and no check remains.
   [[nodiscard]] bool idle() const {
     return pending_cells_ == 0 && leased_.empty() && checks_.empty() && failed_checks_.empty();

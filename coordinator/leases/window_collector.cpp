@@ -234,11 +234,6 @@ bool WindowCollector::complete(TracedCells& traced, std::span<const Cell> cells)
   return fault_of(traced, batch, cells, max_depth_of(picture_.settings())).empty();
 }
 
-double WindowCollector::progress() const {
-  return static_cast<double>(picture_.collector().done_cells()) /
-         static_cast<double>(picture_.plan()->cells());
-}
-
 void WindowCollector::finish() {
   for (std::uint32_t rank = 0; overtaken() && rank < layout_.ranks(); ++rank) {
     window_.store(WindowLayout::rank_word(rank, WindowLayout::stop), 1);

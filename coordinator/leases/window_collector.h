@@ -71,9 +71,6 @@ class WindowCollector {
   /// Returns whether the picture has restarted, because a faulty rank's bits had influenced its
   /// passes. Then this object is obsolete.
   [[nodiscard]] bool overtaken() const { return picture_.plan() != plan_; }
-  /// Returns the share, 0 to 1, of the pass's cells that are merged. Cells from before a restart of
-  /// the job count, too.
-  [[nodiscard]] double progress() const;
 
   /// Issues copies of missing cells to ranks that wait for work. Copies cost time. So after a round
   /// over all missing cells, the next round begins after twice the duration of this one, at least

@@ -21,7 +21,7 @@ using Word = WindowLayout::Word;
 
 TEST_CASE("cells of an earlier run are complete, and copies of them are only compared") {
   Rig rig(fixed_settings(), 0, {{3, 10}, {20, 25}});
-  CHECK(rig.collector.progress() > 0);
+  CHECK(rig.picture.collector().done_cells() > 0);
   rig.put({0, 5});
   rig.collect();
   CHECK(rig.totals.duplicates == 2);
