@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "common/base/bytes.h"
-#include "common/base/error.h"
 #include "common/image/picture_bytes.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"

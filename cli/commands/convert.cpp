@@ -19,9 +19,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/base/suggest.h"
 #include "common/process/stop_signal.h"
-#include "common/scene/scene_ranges.h"
 
 namespace parray::commands {
 namespace {

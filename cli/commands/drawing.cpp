@@ -1,7 +1,6 @@
 #include "cli/commands/drawing.h"
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
 #include "cli/input/particles/json_types.h"

@@ -5,7 +5,6 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
-#include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
 #include "cli/output/picture/image_file.h"

@@ -20,7 +20,6 @@
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
-#include "common/base/printable.h"
 #include "common/base/text.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/requirements.h"

@@ -10,27 +10,16 @@
 #include <utility>
 
 #include "cli/commands/drawing.h"
-#include "cli/commands/label_options.h"
-#include "cli/commands/postprocess_options.h"
 #include "cli/commands/printing.h"
-#include "cli/input/particles/packed_file.h"
 #include "cli/measure/plan/denoising_worth.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
-#include "cli/output/text.h"
-#include "common/adaptive/rounding_limit.h"
-#include "common/base/ascii.h"
 #include "common/base/bands.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/process/stop_signal.h"
-#include "common/scene/largest_radiance.h"
-#include "common/scene/requirements.h"
-#include "common/scene/scene_bytes.h"
-#include "common/trace/isa.h"
-#include "coordinator/jobs/report.h"
 
 namespace parray::commands {
 Client::Options embedded_client(const EmbeddedFarm& farm) {

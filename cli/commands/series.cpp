@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <iterator>
 #include <map>
 #include <set>
 #include <span>
@@ -23,6 +22,7 @@
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/settings.h"
 
 namespace parray::commands {
 namespace {

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "common/base/error.h"
 #include "common/scene/settings.h"
 #include "proto/mpi_window.h"
 #include "proto/settings_json.h"

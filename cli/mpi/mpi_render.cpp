@@ -11,7 +11,6 @@
 #include "cli/commands/rendering.h"
 #include "cli/mpi/mpi_coordinator.h"
 #include "cli/mpi/watchdog.h"
-#include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/image/image.h"

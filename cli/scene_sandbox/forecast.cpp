@@ -12,7 +12,6 @@
 #include "cli/measure/plan/plan.h"
 #include "cli/measure/plan/probe.h"
 #include "common/adaptive/noise_model.h"
-#include "common/base/error.h"
 #include "common/scene/settings.h"
 #include "common/trace/isa.h"
 

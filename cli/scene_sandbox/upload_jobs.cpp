@@ -1,6 +1,5 @@
 #include "cli/scene_sandbox/upload_jobs.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -8,7 +7,6 @@
 #include "cli/commands/frame_scenes.h"
 #include "cli/commands/prepare.h"
 #include "common/base/error.h"
-#include "common/base/printable.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
 #include "proto/clock.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "common/base/error.h"
 #include "common/base/json_text.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/disputes/merged.h"

@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/base/error.h"
 #include "common/base/printable.h"
 #include "coordinator/http/metrics.h"
 

@@ -10,7 +10,6 @@
 #include <thread>
 
 #include "common/base/error.h"
-#include "common/base/printable.h"
 
 namespace parray::http {
 namespace {

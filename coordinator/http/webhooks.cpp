@@ -6,10 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/base/error.h"
 #include "common/base/json_text.h"
 #include "common/base/printable.h"
-#include "common/base/suggest.h"
 #include "common/base/text.h"
 #include "coordinator/http/events.h"
 

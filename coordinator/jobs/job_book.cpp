@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "common/base/bytes.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/image/image.h"

@@ -2,8 +2,6 @@
 
 #include <xxhash.h>
 
-#include <algorithm>
-
 #include "common/base/bytes.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/settings.h"

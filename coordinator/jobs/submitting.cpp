@@ -9,7 +9,6 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/scene/largest_radiance.h"
-#include "common/scene/scene_bytes.h"
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"

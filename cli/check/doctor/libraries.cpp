@@ -10,7 +10,6 @@
 
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/srgb.h"
-#include "cli/output/text.h"
 #include "common/base/sha256.h"
 #include "coordinator/store/disk_store.h"
 

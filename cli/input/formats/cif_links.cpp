@@ -1,6 +1,5 @@
 #include "cli/input/formats/cif_links.h"
 
-#include <algorithm>
 #include <map>
 #include <tuple>
 #include <utility>

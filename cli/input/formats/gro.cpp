@@ -9,7 +9,6 @@
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
-#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {

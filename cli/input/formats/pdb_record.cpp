@@ -8,7 +8,6 @@
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/residues.h"
 #include "common/base/ascii.h"
-#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {

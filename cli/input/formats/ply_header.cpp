@@ -1,6 +1,5 @@
 #include "cli/input/formats/ply_header.h"
 
-#include <algorithm>
 #include <array>
 #include <string_view>
 

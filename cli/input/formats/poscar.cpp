@@ -15,7 +15,6 @@
 #include "common/base/ascii.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
-#include "common/scene/limits.h"
 
 /// Files of VASP: POSCAR, CONTCAR, XDATCAR and, up to their atoms, CHGCAR and LOCPOT. Format: VASP
 /// wiki, "POSCAR" and "XDATCAR".

@@ -10,7 +10,6 @@
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
-#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {

@@ -10,7 +10,6 @@
 #include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
-#include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/scene/scene_bytes.h"

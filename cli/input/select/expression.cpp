@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "cli/input/particles/elements.h"
-#include "cli/input/select/columns.h"
 #include "cli/input/select/selection_scanner.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"

@@ -8,7 +8,6 @@
 #include "cli/input/select/condition.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
-#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {

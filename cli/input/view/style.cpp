@@ -1,7 +1,6 @@
 #include "cli/input/view/style.h"
 
 #include "cli/input/scene_file/json_fields.h"
-#include "common/base/error.h"
 #include "common/base/suggest.h"
 
 namespace parray::input {

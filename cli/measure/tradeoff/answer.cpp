@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "cli/output/text.h"
-#include "common/base/printable.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "cli/output/text.h"
-#include "common/base/printable.h"
 #include "common/scene/settings.h"
 
 namespace parray::tradeoff {

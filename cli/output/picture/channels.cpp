@@ -2,8 +2,6 @@
 
 #include <array>
 
-#include "common/base/error.h"
-#include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/base/text.h"
 
