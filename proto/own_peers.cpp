@@ -39,7 +39,7 @@ bool own_of(int socket, Address& address) {
 
 constexpr std::uint32_t loopback_net = 127;
 
-bool is_loopback(const Address& address) {
+bool is_loopback_address(const Address& address) {
   if (address.family() == AF_INET) return ntohl(address.v4().sin_addr.s_addr) >> 24 == loopback_net;
   const in6_addr& v6 = address.v6().sin6_addr;
   return address.family() == AF_INET6 &&
@@ -121,7 +121,7 @@ bool is_of_this_user(int socket, Address peer) {
     return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &who, &size) == 0 && who.uid == geteuid();
   }
   Address own;
-  if (!is_loopback(peer) || !own_of(socket, own)) return false;
+  if (!is_loopback_address(peer) || !own_of(socket, own)) return false;
   std::uint32_t user = 0;
   const bool found = find_owner(peer, own, user) ||
                      (other_family(peer) && other_family(own) && find_owner(peer, own, user));

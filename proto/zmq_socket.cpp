@@ -213,7 +213,7 @@ void WakeUp::poll(std::vector<zmq::pollitem_t> items, Time timeout) const {
   }
   if ((items.back().revents & ZMQ_POLLIN) != 0) {
     std::uint64_t count = 0;
-    [[maybe_unused]] const auto got = read(fd_, &count, sizeof count);
+    [[maybe_unused]] const auto got = ::read(fd_, &count, sizeof count);
     raised_ = false;  // reset before the caller looks for messages
   }
 }

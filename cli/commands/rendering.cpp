@@ -15,6 +15,7 @@
 #include "cli/output/picture/image_file.h"
 #include "cli/output/progress.h"
 #include "cli/output/recipe.h"
+#include "common/base/ascii.h"
 #include "common/base/bands.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <spdlog/logger.h>
-
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "common/log/logger.h"
 #include "coordinator/http/upload_reader.h"
 #include "coordinator/http/webhooks.h"
 #include "proto/inproc_link.h"

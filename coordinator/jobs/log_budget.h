@@ -1,11 +1,10 @@
 #pragma once
 
-#include <spdlog/logger.h>
-
 #include <cstdint>
 #include <memory>
 #include <string>
 
+#include "common/log/logger.h"
 #include "proto/clock.h"
 
 namespace parray::coordinator {

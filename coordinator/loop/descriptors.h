@@ -1,9 +1,8 @@
 #pragma once
 
-#include <spdlog/logger.h>
-
 #include <cstddef>
 
+#include "common/log/logger.h"
 #include "proto/clock.h"
 
 namespace parray::coordinator {

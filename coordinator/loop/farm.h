@@ -1,7 +1,5 @@
 #pragma once
 
-#include <spdlog/logger.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <functional>
@@ -11,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/log/logger.h"
 #include "coordinator/disputes/machines.h"
 #include "coordinator/jobs/job.h"
 #include "coordinator/jobs/job_index.h"

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <spdlog/logger.h>
-
 #include <memory>
 #include <string>
 
 #include "common/base/error.h"
+#include "common/log/logger.h"
 #include "proto/clock.h"
 #include "proto/tokens.h"
 

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <spdlog/logger.h>
-
 #include <atomic>
 #include <functional>
 #include <memory>
 #include <thread>
 
+#include "common/log/logger.h"
 #include "coordinator/replica/replica.h"
 #include "proto/clock.h"
 #include "proto/zmq_link.h"

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <spdlog/logger.h>
-
 #include <functional>
 #include <memory>
 #include <string>
 
+#include "common/log/logger.h"
 #include "coordinator/replica/replica_thread.h"
 #include "coordinator/replica/replicated_store.h"
 #include "coordinator/replica/standby_loop.h"
