@@ -124,12 +124,14 @@ struct Mask {
   }
   friend PARRAY_INLINE Mask operator&(const Mask& a, const Mask& b) {
     Mask r;
-    for (int i = 0; i < registers; ++i) r.m[i] = a.m[i] & b.m[i];
+    r.m[0] = a.m[0] & b.m[0];
+    if constexpr (registers == 2) r.m[1] = a.m[1] & b.m[1];
     return r;
   }
   friend PARRAY_INLINE Mask operator|(const Mask& a, const Mask& b) {
     Mask r;
-    for (int i = 0; i < registers; ++i) r.m[i] = a.m[i] | b.m[i];
+    r.m[0] = a.m[0] | b.m[0];
+    if constexpr (registers == 2) r.m[1] = a.m[1] | b.m[1];
     return r;
   }
 };
@@ -174,9 +176,9 @@ struct Uints {
 /// Returns 1 << count in each lane; 0 if `count` is 32 or more.
 template <typename T>
 PARRAY_INLINE Uints<T> one_shifted_by(Uints<T> count) {
-  Uints<T> r;
-  for (int i = 0; i < 4; ++i) r.v[i] = count.v[i] < 32 ? 1U << count.v[i] : 0U;
-  return r;
+  const Words by = count.v;
+  const Words ones{1, 1, 1, 1};
+  return Uints<T>((ones << (by & 31)) & reinterpret_cast<Words>(by < 32));
 }
 template <typename T>
 PARRAY_INLINE WideProduct<Uints<T>> multiply_wide(Uints<T> a, Uints<T> b) {
@@ -220,12 +222,10 @@ struct Reals {
 
   Reals() = default;
   PARRAY_INLINE explicit Reals(T all) {
-    for (Type& r : v) {
-      if constexpr (registers == 1) {
-        r = Type{all, all, all, all};
-      } else {
-        r = Type{all, all};
-      }
+    if constexpr (registers == 1) {
+      v[0] = Type{all, all, all, all};
+    } else {
+      v[0] = v[1] = Type{all, all};
     }
   }
   /// Loads `count` numbers, which need not be aligned.
@@ -278,9 +278,8 @@ struct Reals {
 #define PARRAY_REALS_OPERATOR(op)                                          \
   friend PARRAY_INLINE Reals operator op(const Reals& a, const Reals& b) { \
     Reals r;                                                               \
-    for (int i = 0; i < registers; ++i) {                                  \
-      r.v[i] = a.v[i] op b.v[i];                                           \
-    }                                                                      \
+    r.v[0] = a.v[0] op b.v[0];                                             \
+    if constexpr (registers == 2) r.v[1] = a.v[1] op b.v[1];               \
     return r;                                                              \
   }
   PARRAY_REALS_OPERATOR(+)
@@ -288,13 +287,13 @@ struct Reals {
   PARRAY_REALS_OPERATOR(*)
   PARRAY_REALS_OPERATOR(/)
 #undef PARRAY_REALS_OPERATOR
-#define PARRAY_REALS_COMPARISON(op)                                            \
-  friend PARRAY_INLINE Mask operator op(const Reals& a, const Reals& b) {      \
-    Mask r;                                                                    \
-    for (int i = 0; i < registers; ++i) {                                      \
-      r.m[i] = reinterpret_cast<typename Register<T>::Bits>(a.v[i] op b.v[i]); \
-    }                                                                          \
-    return r;                                                                  \
+#define PARRAY_REALS_COMPARISON(op)                                                  \
+  friend PARRAY_INLINE Mask operator op(const Reals& a, const Reals& b) {            \
+    Mask r;                                                                          \
+    using Bits = typename Register<T>::Bits;                                         \
+    r.m[0] = reinterpret_cast<Bits>(a.v[0] op b.v[0]);                               \
+    if constexpr (registers == 2) r.m[1] = reinterpret_cast<Bits>(a.v[1] op b.v[1]); \
+    return r;                                                                        \
   }
   PARRAY_REALS_COMPARISON(<)
   PARRAY_REALS_COMPARISON(<=)
@@ -304,14 +303,16 @@ struct Reals {
 #undef PARRAY_REALS_COMPARISON
   friend PARRAY_INLINE Reals operator-(const Reals& a) {
     Reals r;
-    for (int i = 0; i < registers; ++i) r.v[i] = -a.v[i];
+    r.v[0] = -a.v[0];
+    if constexpr (registers == 2) r.v[1] = -a.v[1];
     return r;
   }
 };
 template <typename T>
 PARRAY_INLINE Reals<T> select(const Mask<T>& mask, const Reals<T>& a, const Reals<T>& b) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = choose(mask.m[i], a.v[i], b.v[i]);
+  r.v[0] = choose(mask.m[0], a.v[0], b.v[0]);
+  if constexpr (Reals<T>::registers == 2) r.v[1] = choose(mask.m[1], a.v[1], b.v[1]);
   return r;
 }
 template <typename T>
@@ -322,13 +323,15 @@ PARRAY_INLINE Reals<T> select_bits(std::uint32_t bits, const Reals<T>& a, const 
 template <typename T>
 PARRAY_INLINE Reals<T> min_of(const Reals<T>& a, const Reals<T>& b) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = smaller(a.v[i], b.v[i]);
+  r.v[0] = smaller(a.v[0], b.v[0]);
+  if constexpr (Reals<T>::registers == 2) r.v[1] = smaller(a.v[1], b.v[1]);
   return r;
 }
 template <typename T>
 PARRAY_INLINE Reals<T> max_of(const Reals<T>& a, const Reals<T>& b) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = larger(a.v[i], b.v[i]);
+  r.v[0] = larger(a.v[0], b.v[0]);
+  if constexpr (Reals<T>::registers == 2) r.v[1] = larger(a.v[1], b.v[1]);
   return r;
 }
 /// Returns a b + c, rounded once or twice. Use it for bounds only, never for values of the picture.
@@ -339,7 +342,8 @@ PARRAY_INLINE Reals<T> multiply_add(const Reals<T>& a, const Reals<T>& b, const 
 template <typename T>
 PARRAY_INLINE Reals<T> square_root(const Reals<T>& a) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = root(a.v[i]);
+  r.v[0] = root(a.v[0]);
+  if constexpr (Reals<T>::registers == 2) r.v[1] = root(a.v[1]);
   return r;
 }
 /// Returns the smallest lane in every lane; no lane may be NaN.
