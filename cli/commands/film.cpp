@@ -296,6 +296,9 @@ void check(const FilmCommand& command) {
   if (command.course.scene == standard_input_argument) {
     throw InputError("-: a film reads its file several times: save the standard input as a file");
   }
+  if (command.on_farm && command.threads) {
+    throw InputError("--threads has no effect with --farm, whose workers trace: remove one");
+  }
   if (command.render.view().transparent(false)) {
     require(RenderMode::film, Feature::transparency, "--transparent");
   }

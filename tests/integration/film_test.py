@@ -334,6 +334,7 @@ class Refusals(FilmCase):
                 ("a.mp4", ["--priority", "5"], "--farm"),
                 ("a.mp4", ["--coordinator", "tcp://127.0.0.1:7400"], "--coordinator requires --farm; see `parray film"),
                 ("a.mp4", ["--keys", "ann.key"], "--keys requires --farm; see `parray film"),
+                ("a.mp4", ["--farm", "--threads", "2"], "--threads has no effect with --farm"),
                 ("a.mp4", ["--fps", "0"], "--fps: '0' is not a number from 0.1 to 240")):
             result = run("film", self.run_file, "-o", self.path(name), *SIZE, *options)
             with self.subTest(options=options):
