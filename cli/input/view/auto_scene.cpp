@@ -16,6 +16,7 @@
 #include "cli/input/particles/sticks.h"
 #include "cli/input/view/principal_axes.h"
 #include "common/base/error.h"
+#include "common/base/printable.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
 
