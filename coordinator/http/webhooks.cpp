@@ -101,7 +101,11 @@ void Webhooks::add(JobId job, const std::string& url) {
   const SteadyClock clock;
   const Time end = clock.now() + longest;
   while (kept.valid() && kept.wait_for(milliseconds(10)) != std::future_status::ready) {
-    if (stopped() || clock.now() >= end) return;
+    if (stopped()) {
+      throw Problem(503, "the coordinator is stopping, and the webhook of job " +
+                             std::to_string(job) + " may be lost: ask for the job's state later");
+    }
+    if (clock.now() >= end) return;
   }
 }
 

@@ -54,7 +54,7 @@ class Webhooks {
   /// Throws Problem 422 if `url` is invalid or its host is not permitted.
   void check(const std::string& url) const;
   /// Adds the webhook of a job, in place of an earlier one. Waits until it is stored, but at most
-  /// ten seconds.
+  /// ten seconds. Throws Problem 503 if stop() comes first.
   void add(JobId job, const std::string& url);
   /// Ends the thread. Pending webhooks stay in the store.
   void stop();

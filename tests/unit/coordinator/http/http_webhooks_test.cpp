@@ -128,6 +128,30 @@ TEST_CASE("a webhook is added when it is stored") {
   CHECK(stored);
 }
 
+TEST_CASE("a webhook that is not stored when the coordinator stops is refused") {
+  RunningLoop loop;
+  LoopClient client(loop.hub());
+  client.stop();
+  std::promise<void> kept;
+  std::promise<void> asked;
+  const auto keep = [&](const std::string&) {
+    asked.set_value();
+    return kept.get_future();
+  };
+  Webhooks hooks(client, {"h"}, "", keep);
+  const std::jthread stopping([&] {
+    asked.get_future().wait();
+    hooks.stop();
+  });
+  int status = 0;
+  try {
+    hooks.add(7, "http://h/x");
+  } catch (const Problem& problem) {
+    status = problem.status();
+  }
+  CHECK(status == 503);
+}
+
 TEST_CASE("a webhook that is added while an earlier one of its job is being sent is sent, too") {
   for (const bool delivered : {true, false}) {
     CAPTURE(delivered);
