@@ -44,14 +44,21 @@ Time polling_interval(Time waited) {
 }
 
 /// Returns whether mpirun sets this variable for its ranks. Parameters of a user (OMPI_MCA_btl,
-/// PMIX_MCA_gds) are not among these.
+/// OMPI_MCA_orte_default_hostfile, PMIX_MCA_gds) are not among these.
 static bool marks_rank(std::string_view name) {
   constexpr auto marks = std::to_array<std::string_view>(
       {"OMPI_APP_CTX_", "OMPI_ARGV", "OMPI_COMM", "OMPI_FILE_LOCATION", "OMPI_FIRST_RANKS",
-       "OMPI_MCA_ess", "OMPI_MCA_initial_wdir", "OMPI_MCA_orte_", "OMPI_MCA_pmix",
+       "OMPI_MCA_ess", "OMPI_MCA_initial_wdir", "OMPI_MCA_orte_ess_", "OMPI_MCA_pmix",
        "OMPI_NUM_APP_CTX", "OMPI_UNIVERSE_SIZE", "PMIX_"});
-  return !name.starts_with("PMIX_MCA_") &&
-         std::ranges::any_of(marks, [name](auto mark) { return name.starts_with(mark); });
+  constexpr auto of_runtime = std::to_array<std::string_view>(
+      {"app_num", "bound_at_launch", "hnp_uri", "jobfam_session_dir", "launch", "local_daemon_uri",
+       "num_nodes", "precondition_transports", "top_session_dir"});
+  constexpr std::string_view runtime = "OMPI_MCA_orte_";
+  if (name.starts_with("PMIX_MCA_")) return false;
+  const auto is_start = [name](std::string_view mark) { return name.starts_with(mark); };
+  return std::ranges::any_of(marks, is_start) ||
+         (is_start(runtime) &&
+          std::ranges::find(of_runtime, name.substr(runtime.size())) != of_runtime.end());
 }
 
 /// Returns `command` for the shell, without variables that make mpirun refuse to start. This

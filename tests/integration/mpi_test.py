@@ -222,11 +222,12 @@ class OneHash(MpiCase):
 
     def test_the_command_of_on_end_may_start_mpirun_and_has_the_users_parameters(self):
         told = self.state.parent / "told"
-        command = f"mpirun -n 2 --oversubscribe sh -c 'echo $PARRAY_STATE $OMPI_MCA_btl' > {told}"
-        with MpiRun(2, SCENE, *SIZE, "--on-end", command, env={"OMPI_MCA_btl": "self,vader,tcp"}) as job:
+        given = {"OMPI_MCA_btl": "self,vader,tcp", "OMPI_MCA_orte_base_help_aggregate": "0"}
+        command = f"mpirun -n 2 --oversubscribe sh -c 'echo $PARRAY_STATE ${' $'.join(given)}' > {told}"
+        with MpiRun(2, SCENE, *SIZE, "--on-end", command, env=given) as job:
             job.finish()
             self.assertNotIn("--on-end", job.text())
-        self.assertEqual(told.read_text(), "done self,vader,tcp\n" * 2)
+        self.assertEqual(told.read_text(), "done self,vader,tcp 0\n" * 2)
 
     def test_bad_input_is_refused_in_one_line_by_one_rank(self):
         cases = {"no-such-scene.json": ["no-such-scene.json"],
