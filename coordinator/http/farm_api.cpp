@@ -8,6 +8,8 @@
 namespace parray::http {
 namespace {
 
+using Arguments = std::vector<std::string>;
+
 /// Sends a request about one worker. Throws Problem 404 if no worker of this name is connected.
 template <typename Answer, typename Asked>
 Answer ask_about_worker(LoopClient& loop, const Request& request, const std::string& name) {
@@ -31,7 +33,6 @@ void check_worker_name(const std::string& name) {
 }
 
 void Api::add_farm(Router& router) {
-  using Arguments = std::vector<std::string>;
   const auto farm = [this](const Request& request, bool history) {
     return json_reply(loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{0, history}).farm);
   };
