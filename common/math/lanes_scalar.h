@@ -176,9 +176,9 @@ struct Uints {
 /// Returns 1 << count in each lane; 0 if `count` is 32 or more.
 template <typename T>
 PARRAY_INLINE Uints<T> one_shifted_by(Uints<T> count) {
+  const auto shifted = [](std::uint32_t by) { return by < 32 ? 1U << by : 0U; };
   const Words by = count.v;
-  const Words ones{1, 1, 1, 1};
-  return Uints<T>((ones << (by & 31)) & reinterpret_cast<Words>(by < 32));
+  return Uints<T>(Words{shifted(by[0]), shifted(by[1]), shifted(by[2]), shifted(by[3])});
 }
 template <typename T>
 PARRAY_INLINE WideProduct<Uints<T>> multiply_wide(Uints<T> a, Uints<T> b) {
