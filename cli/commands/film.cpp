@@ -297,7 +297,8 @@ void check(const FilmCommand& command) {
     throw InputError("-: a film reads its file several times: save the standard input as a file");
   }
   if (command.on_farm && command.threads) {
-    throw InputError("--threads has no effect with --farm, whose workers trace: remove one");
+    throw InputError(
+        "--threads has no effect with --farm, because its workers trace: leave out one of the two");
   }
   if (command.render.view().transparent(false)) {
     require(RenderMode::film, Feature::transparency, "--transparent");

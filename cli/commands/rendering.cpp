@@ -61,8 +61,8 @@ static bool marks_rank(std::string_view name) {
           std::ranges::find(of_runtime, name.substr(runtime.size())) != of_runtime.end());
 }
 
-/// Returns `command` for the shell, without variables that make mpirun refuse to start. This
-/// process keeps them, because MPI may still read them.
+/// Returns a command for the shell that first unsets the variables that make mpirun refuse to
+/// start, then runs `command`. This process keeps the variables, because MPI may still read them.
 static std::string without_rank(const std::string& command) {
   std::string names;
   for (const char* const* variable = environ; *variable != nullptr; ++variable) {

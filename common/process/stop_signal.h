@@ -24,8 +24,8 @@ inline constexpr int interrupted_status = 130;
 /// stderr and interrupted_status. SIGHUP does so only if it is not ignored (nohup).
 void stop_at_signals();
 
-/// For interactive programs whose last output is in place: the signals no longer end the program,
-/// which ends soon with the status of its work.
+/// Makes SIGINT, SIGTERM and SIGHUP do nothing from now on. An interactive program calls this when
+/// its last output is in place. Then a late signal does not change its exit status.
 void ignore_signals();
 
 /// For services, which poll interrupt_noted() in their loop. SIGINT and SIGTERM are only noted;

@@ -56,7 +56,7 @@ class Webhooks {
   /// Adds the webhook of a job, in place of an earlier one. Waits until it is stored, but at most
   /// ten seconds. Throws Problem 503 if stop() comes first.
   void add(JobId job, const std::string& url);
-  /// Ends the thread. Pending webhooks stay in the store.
+  /// Ends the thread that sends webhooks. The store keeps those that are pending.
   void stop();
 
  private:

@@ -74,7 +74,7 @@ class Failures(CliTest):
                 while True:
                     os.write(writing, bytes(4096))
             os.set_blocking(writing, True)
-            # The pipe is full, so the program stays at its end until somebody reads.
+            # The program writes its last line into the full pipe, so it cannot end before somebody reads.
             file = self.path("a.png")
             process = self.start("render", SCENES / "particles" / "helix.pdb", "-o", file, "--width", "60", "--height",
                                  "40", "--spp", "4", "-q", *more, stdout=writing)

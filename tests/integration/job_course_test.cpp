@@ -41,7 +41,7 @@ msg::ImageData partial(Service& service, JobId id, bool statistics = false) {
   return service.ask<msg::ImageData>(msg::Fetch{++requests, id, true, statistics});
 }
 
-/// A coordinator with a store on the disk, whose wall clock the test sets.
+/// A coordinator with a store on the disk. The test sets its wall clock.
 struct TimedService {
   double clock = 1e9;  ///< seconds since 1970
   TemporaryDirectory directory;

@@ -35,7 +35,7 @@ struct ParticleFormat {
   /// true: lengths are in angstrom, by the definition of the format, by convention (XYZ, DCD) or
   /// because the reader converts them.
   bool in_angstrom = false;
-  /// true: a file may list its atoms in any order, and its column `id` has their numbers.
+  /// Whether files may list their atoms in any order. Then the column `id` has their numbers.
   bool unordered = false;
   /// Judges the first bytes of a file. At most one format is `likely` or better, unless the text
   /// fits several formats equally well.

@@ -94,9 +94,9 @@ Order same_numbers(const std::vector<double>& wanted, const std::vector<double>&
   return order;
 }
 
-/// Returns the place of each particle of the unordered `file` in a topology without numbers, whose
-/// atoms count in the order of the particles' `numbers`. Adds a note to `facts` if that is not the
-/// order of the particles.
+/// Matches the particles of the unordered `file` with a topology whose atoms have no numbers.
+/// Returns the atom of each particle: the particle with the smallest of the `numbers` is atom 0.
+/// Adds a note to `facts` if the particles are not in this order.
 Order by_own_number(const std::vector<double>& numbers, const std::filesystem::path& file,
                     ParticleFacts& facts) {
   Order order(numbers.size());
@@ -146,7 +146,7 @@ void take_numbers(const Particles& from, const Order& order, const ParticleReque
 /// unchanged. Some topologies number their atoms (column "id"; LAMMPS writes atoms in any order).
 /// Then particle i is the atom with the i-th smallest number or, if the particles have a column
 /// "id" too, the atom with the same number. If only the particles have numbers, and `format` is
-/// unordered, the particle with the i-th smallest number is atom i.
+/// unordered, atom i is the particle with the i-th smallest number.
 ///
 /// Throws InputError if the topology and the particles, from `file`, differ in their number of
 /// atoms or in their ids, or if the particles are unsorted and some have the same id.
