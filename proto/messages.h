@@ -159,8 +159,8 @@ struct Submitted {
 };
 /// Maximum number of jobs or workers in a list.
 inline constexpr std::uint32_t most_listed = 1000;
-/// The key by which a list of jobs is sorted. `taken` is the time taken so far. Of jobs with equal
-/// keys, the newest comes first.
+/// A list of jobs is sorted by this key. `taken` is the time taken so far. If keys are equal, the
+/// newest job comes first.
 enum class JobSort : std::uint8_t {
   id,
   name,
