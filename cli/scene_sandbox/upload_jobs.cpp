@@ -6,6 +6,7 @@
 #include "cli/commands/drawing.h"
 #include "cli/commands/frame_scenes.h"
 #include "cli/commands/prepare.h"
+#include "cli/input/view/free_area.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
@@ -97,10 +98,13 @@ FrameRange range_of(const ChosenFrames& chosen, FrameScenes& scenes) {
   return {0, static_cast<std::uint32_t>(count - 1), 1};
 }
 
-/// Returns the result of `work`. Begins its errors with the number of the frame.
+/// Returns the result of `work`. Begins its errors with the number of the frame, except those of
+/// labels, which all frames have.
 auto of_frame(std::uint32_t frame, const auto& work) {
   try {
     return work();
+  } catch (const LabelError&) {
+    throw;
   } catch (const InputError& error) {
     throw InputError("frame " + std::to_string(frame) + ": " + error.what());
   }

@@ -213,6 +213,9 @@ class Labels(SubmitCase):
             self.assert_problem(farm.post_form(helix, options(width=20, height=15, spp=1, color_by="z", legend=True)), 422)
             self.assertIn("options: /legend_title", self.assert_problem(
                 farm.post_form(helix, options(legend_title="depth")), 422, "has no effect without a legend"))
+            series = farm.post_form(("f", "run.xyz", trajectory(2)), options(width=20, height=15, spp=1, frames="all",
+                                                                             color_by="z", legend=True))
+            self.assertNotIn("frame 0", self.assert_problem(series, 422))  # all frames have the labels
             labelled = {**SCENE, "labels": {"text": "a long text that fits no small picture"}, "image": {"width": 8, "height": 8}}
             small = farm.submitted(farm.post_scene(labelled))
             self.assertNotIn("drawn", farm.get(f"/jobs/{small}").json())
