@@ -50,7 +50,8 @@ inline Time take_turn(Actor& actor, Link& link, Time now) {
   return drained ? deadline : now;
 }
 
-/// Drives an actor until `stop` returns true. Calls `stop` after each turn. Waits 50 ms at most.
+/// Drives an actor until `stop` returns true. Calls `stop` after each turn. Waits at most 50 ms
+/// between two turns.
 inline void run_actor(Actor& actor, Link& link, const Clock& clock,
                       const std::function<bool(Time)>& stop) {
   constexpr Time nap = milliseconds(50);

@@ -25,8 +25,8 @@ class ControlWriter {
               T /*highest*/ = std::numeric_limits<T>::max()) {
     map_[key] = value;
   }
-  /// Members with this ending always write the key, except real_if_there(). A received message may
-  /// lack it; ControlReader then leaves `value` as it is.
+  /// Functions named ..._if_there() serve keys that a received message may lack: ControlReader then
+  /// leaves `value` as it is. ControlWriter always writes these keys, except in real_if_there().
   template <typename T>
   void number_if_there(const char* key, T& value, T lowest = 0,
                        T highest = std::numeric_limits<T>::max()) {
@@ -54,7 +54,8 @@ class ControlWriter {
   /// Writes a text. Escapes characters that are not printable, and cuts a text of more than
   /// `longest` bytes after a whole character. ControlReader refuses one below `shortest` bytes.
   void text(const char* key, std::string& value, std::size_t longest, std::size_t shortest = 0);
-  /// Writes a list of texts of at most `longest` bytes each. Keeps the last `most`.
+  /// Writes a list of texts of at most `longest` bytes each. If there are more than `most`, writes
+  /// only the last `most` of them.
   void lines(const char* key, std::vector<std::string>& value, std::size_t most,
              std::size_t longest);
   void digest(const char* key, std::string& value) { map_[key] = value; }

@@ -22,11 +22,13 @@ class InprocHub {
   /// Returns the coordinator's end, which lives as long as the hub.
   Link& coordinator();
 
-  /// Returns a new end with the coordinator as its only peer. Its sender has the role `any` and is
-  /// `ours`. The end must not outlive the hub.
+  /// Returns a new end with the coordinator as its only peer. The coordinator sees its messages as
+  /// sent by a default Sender (keys.h) with `ours` set: it may do everything. The end must not
+  /// outlive the hub.
   std::unique_ptr<Link> connect();
-  /// Returns an end like connect(), whose messages come from `sender`. Its seal() encodes messages.
-  /// So the coordinator's decoder checks every range as in messages from outside.
+  /// Returns an end like connect(), but the coordinator sees its messages as sent by `sender`. The
+  /// seal() of this end encodes messages. So the coordinator's decoder checks every range, as in
+  /// messages from other processes.
   std::unique_ptr<Link> connect_as(Sender sender);
 
  private:

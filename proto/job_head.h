@@ -18,14 +18,14 @@ inline constexpr std::size_t max_drawing = 12000;
 /// the stored record contain them.
 struct JobHead {
   std::string name;                ///< name for people: that of the scene file
-  std::uint32_t priority = 50;     ///< 0 to 100; a user's job with the highest one begins first
+  std::uint32_t priority = 50;     ///< 0 to 100; of a user's jobs the one with the highest is first
   Boxed<RenderSettings> settings;  ///< resolved: no value is `automatic`, except perhaps `isa`
   std::string precision_reason;    ///< why the settings have this precision, for people
   double load_seconds = 0;         ///< time in which the client loaded the scene
   /// Seconds of the time limit that the client itself needs, for example for loading and writing.
-  /// The coordinator ends the job so much earlier.
+  /// The coordinator ends the job this much before the time limit.
   double reserved_seconds = 0;
-  std::uint64_t duplicates_removed = 0;  ///< spheres of the scene file that the scene leaves out
+  std::uint64_t duplicates_removed = 0;  ///< repeated spheres of its file that the scene leaves out
   /// Number of different machines that must fail at the same cells before the job fails. 0: the
   /// coordinator's --max-failures.
   std::uint32_t max_failures = 0;

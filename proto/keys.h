@@ -92,8 +92,8 @@ MemberKey read_member_key(const std::filesystem::path& path, const std::string& 
 /// Accepts a path that is mounted read-only or does not exist.
 void refuse_if_others_can_write(const std::filesystem::path& path);
 
-/// The content of DIR/allowed. A lookup reads the file again if the last reading is a second old.
-/// Not thread-safe.
+/// The content of DIR/allowed. A lookup reads the file again if it was last read a second or more
+/// ago. Not thread-safe.
 class AllowList {
  public:
   /// Throws InputError if the file cannot be read, has a wrong line, or others can write it or DIR.
@@ -102,7 +102,7 @@ class AllowList {
   /// Returns the owner of a key; nothing if the key is not on the list. While the file cannot be
   /// read, has a wrong line, or others can write it, the content that was read before counts.
   [[nodiscard]] std::optional<Sender> find(Time now, const std::string& open_key);
-  /// Does the same by the name of the key.
+  /// Does the same as find() for the key with this name.
   [[nodiscard]] std::optional<Sender> find_name(Time now, const std::string& name);
 
  private:

@@ -9,9 +9,10 @@
 
 namespace parray::proto {
 
-/// Joins a coordinator's link to the outside and its end of a hub. The hub's `on_arrival` must wake
-/// `outer`. The ids of the hub's peers begin with a zero byte. No peer of a ROUTER can choose such
-/// an id.
+/// Joins two links of a coordinator into one: `outer`, to other processes, and `inner`, its end of
+/// an InprocHub (inproc_link.h). The hub's `on_arrival` must wake `outer`. To tell the peers apart,
+/// this link puts a mark that starts with a zero byte before the ids of the hub's peers. No peer of
+/// `outer` (a ZeroMQ ROUTER) can choose such an id.
 class MergedLink final : public Link {
  public:
   /// Both links must outlive this object.

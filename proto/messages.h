@@ -21,8 +21,8 @@
 ///
 /// In all messages, `request` is a number that the answer repeats, `job` is the number of a job,
 /// `job` and `epoch` together name a lease, and `scene` of type std::string is the SHA-256 of the
-/// scene's bytes. Real numbers of time are seconds. Maps (nlohmann::json) are those of PROTOCOL.md,
-/// such as a job map.
+/// scene's bytes. Times of type double are in seconds. Maps (nlohmann::json) are those of
+/// PROTOCOL.md, such as a job map.
 namespace parray::proto {
 
 inline constexpr std::uint32_t protocol_version = 6;
@@ -79,11 +79,12 @@ struct Grant {
   /// traced, at least one; 0: it returns all.
   double longest = 0;
 };
-/// Value of NeedScene::failed by which a worker asks for the coordinator itself as the source.
+/// Value of NeedScene::failed by which a worker asks for the coordinator itself as the source,
+/// because the chunks that it received were not those of the scene.
 inline constexpr std::uint32_t every_source = 1000;
 struct NeedScene {
   std::string scene;
-  std::uint32_t failed = 0;  ///< number of sources (other workers) that failed
+  std::uint32_t failed = 0;  ///< other workers that failed as source, or every_source
 };
 struct SceneSource {
   std::string scene;
@@ -125,14 +126,15 @@ struct Result {
   /// Grid of the cells, for packing them. Not part of the encoded message.
   std::shared_ptr<const CellGrid> grid{};
 };
+/// The worker cannot trace this lease, but continues to run.
 struct Failed {
   std::uint64_t job = 0;
   std::uint64_t epoch = 0;
   std::string reason;
 };
-/// `duplicate`: same bits as an earlier result. `stale`: the lease has ended, or the result is
-/// damaged. `mismatch`: the result differs from an earlier one for the same cells, so it is
-/// disputed.
+/// `accepted`: merged into the picture. `duplicate`: same bits as an earlier result. `stale`: the
+/// lease has ended, or the result is damaged. `mismatch`: the result differs from an earlier one
+/// for the same cells, so it is disputed.
 enum class Verdict : std::uint8_t { accepted, duplicate, stale, mismatch };
 struct ResultVerdict {
   std::uint64_t job = 0;
@@ -181,7 +183,7 @@ struct ListJobs {
   /// States of the jobs, separated by commas; empty: all states.
   std::string states{};
   std::string user{};  ///< lists only jobs of this user; empty: of all
-  std::string name{};  ///< lists only jobs with this part in their name, in any case
+  std::string name{};  ///< only jobs whose name contains this, in any letter case
   JobSort sort = JobSort::id;
   JobOrder order = JobOrder::newest;
   std::uint32_t offset = 0;  ///< skips so many jobs; only with `ascending` or `descending`
@@ -189,7 +191,7 @@ struct ListJobs {
 struct Jobs {
   std::uint64_t request = 0;
   nlohmann::json jobs;
-  std::uint64_t total = 0;  ///< number of jobs on all pages; 0 with JobOrder::newest
+  std::uint64_t total = 0;  ///< jobs that the filters select; 0 with JobOrder::newest
 };
 struct ShowJob {
   std::uint64_t request = 0;
@@ -200,7 +202,8 @@ struct Job {
   std::uint64_t request = 0;
   nlohmann::json job;
 };
-/// `requeue`: continue a failed or cancelled job. `forget`: delete a job that has ended.
+/// `pause`: no more leases until `resume`. `requeue`: continue a failed or cancelled job. `forget`:
+/// delete a job that has ended.
 enum class JobAction : std::uint8_t { pause, resume, cancel, requeue, forget, prioritise };
 struct SteerJob {
   std::uint64_t request = 0;
@@ -230,8 +233,8 @@ struct Fetch {
   std::uint64_t job = 0;
   bool partial = false;     ///< accepts the picture of a job that is not done
   bool statistics = false;  ///< asks for sample counts and half-widths, too
-  /// Only for a done job, otherwise without effect: asks for statistics and, if there are any, both
-  /// halves, too.
+  /// Asks for statistics, too, and for the two pictures of the even and of the odd samples, if the
+  /// job keeps them. Without effect unless the job is done.
   bool replicates = false;
 };
 struct ImageData {
@@ -271,6 +274,7 @@ struct ListWorkers {
   std::uint32_t offset = 0;
   std::uint32_t limit = most_listed;
 };
+/// `drain`: no more leases. `readmit`: leases again.
 enum class WorkerAction : std::uint8_t { drain, readmit };
 struct SteerWorkers {
   std::uint64_t request = 0;
@@ -304,7 +308,7 @@ struct Worker {
 /// Limits of a `log`: number of lines, and bytes of a line.
 inline constexpr std::size_t most_log_lines = 100;
 inline constexpr std::size_t most_log_line = 500;
-/// A client asks the coordinator, and the coordinator asks the worker.
+/// Asks for the log of the worker `name`: a client asks the coordinator, which asks the worker.
 struct ShowLog {
   std::uint64_t request = 0;
   std::string name;

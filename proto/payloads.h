@@ -16,8 +16,8 @@
 /// objects themselves, and nothing is encoded. Copies share their content. Thread-safe.
 namespace parray::proto {
 
-/// The bulk frame (large second frame) of a message. Only for a `grant`, decode() compares the
-/// checksum. For other messages verified() does, because that takes time.
+/// The bulk frame (large second frame) of a message. The checksum takes time: decode() compares it
+/// only for a `grant`, and users of other messages call verified().
 struct Bulk {
   Frame data;
   std::uint64_t checksum = 0;  ///< XXH3-64 of the data

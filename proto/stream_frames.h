@@ -14,8 +14,8 @@ namespace parray::proto {
 /// Writes frames. Returns false if the other end is closed or the socket is unusable.
 bool write_frames(int socket, const Frames& frames);
 
-/// Reads frames. Returns nothing if the other end is closed, the socket is unusable, or the bytes
-/// are not up to 16 frames of at most `most_bytes` in total.
+/// Reads frames. Returns nothing if the other end is closed, the socket is unusable, or there are
+/// more than 16 frames or more than `most_bytes` bytes in total.
 std::optional<Frames> read_frames(int socket, std::uint64_t most_bytes);
 
 }  // namespace parray::proto

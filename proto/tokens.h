@@ -8,10 +8,10 @@
 
 #include "proto/keys.h"
 
-/// Tokens identify a farm's users over HTTP. DIR, below `directory`, is the directory with the keys
-/// of the farm (keys.h). DIR/tokens has one line "NAME SHA-256" per token. A token is 258 random
-/// bits, so its hash reveals nothing. "Others" are the group of a file and all other users of its
-/// machine.
+/// Tokens identify a farm's users over HTTP. DIR, passed as the parameter `directory`, is the
+/// directory with the keys of the farm (keys.h). DIR/tokens has one line "NAME SHA-256" per token.
+/// A token is 258 random bits, so its hash reveals nothing. "Others" are the group of a file and
+/// all other users of its machine.
 namespace parray::proto {
 
 /// Returns a new token for the user `name` and writes its hash to DIR/tokens, in place of an older
@@ -31,10 +31,10 @@ void remove_token(const std::filesystem::path& directory, const std::string& nam
 /// content that it has read.)
 void check_key_lists(const std::filesystem::path& directory);
 
-/// The content of DIR/tokens and DIR/allowed. A lookup reads them again if the last reading is a
-/// second old. A user who is removed from DIR/allowed has no token either. While others can write a
-/// file, DIR/allowed is unusable, or DIR/tokens cannot be read, the content that was read before
-/// counts. If DIR/tokens is missing, there are no tokens. Not thread-safe.
+/// The content of DIR/tokens and DIR/allowed. A lookup reads both files again if they were last
+/// read a second or more ago. A user who is removed from DIR/allowed has no token either. While
+/// others can write a file, DIR/allowed is unusable, or DIR/tokens cannot be read, the content that
+/// was read before counts. If DIR/tokens is missing, there are no tokens. Not thread-safe.
 class TokenList {
  public:
   /// Throws InputError as check_key_lists() does.

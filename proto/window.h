@@ -45,7 +45,7 @@ class LocalWindow final : public Window {
 struct WindowRequest {
   enum class Operation : std::uint64_t { fetch_add, load, store, put };
   Operation operation = Operation::load;
-  std::uint64_t place = 0;  ///< index of the word; for put: offset in bytes
+  std::uint64_t place = 0;  ///< where: index of a word; for put: offset in bytes
   std::uint64_t value = 0;  ///< operand; for put: number of bytes
 };
 
@@ -80,7 +80,7 @@ class Ledgers {
   /// Default number of ranks of a group: about as many as the memory of one rank can serve.
   static constexpr std::uint32_t group_ranks = 256;
 
-  /// `ranks`: of the mpirun. `each`: largest number of ranks of a group.
+  /// `ranks`: number of ranks of the mpirun. `each`: largest number of ranks of a group.
   explicit Ledgers(std::uint32_t ranks, std::uint32_t each = group_ranks);
 
   [[nodiscard]] std::uint32_t count() const { return count_; }
@@ -89,8 +89,8 @@ class Ledgers {
   /// Returns the ledger of the group of `rank`.
   [[nodiscard]] std::uint32_t home(std::uint32_t rank) const;
   [[nodiscard]] bool is_keeper(std::uint32_t rank) const { return keeper(home(rank)) == rank; }
-  /// Returns the part of the places [0, total) that belongs to a ledger. Places count the missing
-  /// cells of a pass.
+  /// Returns the part of the `total` missing cells of a pass that belongs to a ledger, as positions
+  /// in the list of these cells (CellList).
   [[nodiscard]] CellRange part(std::uint32_t ledger, std::uint64_t total) const;
 
  private:
@@ -103,7 +103,7 @@ class Ledgers {
 class WindowLayout {
  public:
   /// Words that all ranks share. `step`, `position` and `log_head` may exceed what exists, because
-  /// ranks also add to them when nothing is left.
+  /// ranks add to them even when nothing is left to take.
   enum Word : std::size_t {
     step = 0,            ///< number of chunks taken (policies static, guided, factoring)
     position = 1,        ///< number of missing cells handed out (policy weighted)

@@ -38,7 +38,8 @@ class ZmqMesh : public Link {
   [[nodiscard]] virtual const std::string& key() const = 0;
 };
 
-/// Throws InputError if an address is invalid, RunError if the port or its keys cannot be made.
+/// Opens the connections of a worker. Throws InputError if an address is invalid, RunError if the
+/// port or its keys cannot be made.
 std::unique_ptr<ZmqMesh> open_mesh(const ZmqMeshOptions& options);
 
 }  // namespace parray::proto

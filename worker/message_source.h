@@ -20,8 +20,9 @@ struct WorkerOptions {
   std::string name;      ///< name for people, for example host name and process id
   std::string instance;  ///< different for every start of a worker
   std::uint32_t threads = 1;
-  /// Leases in flight: one that is traced and one that waits, so that the team never waits for a
-  /// message. More leases help only if a lease is shorter than a message's travel time.
+  /// Number of leases to hold at a time. By default one is traced while another waits, so that the
+  /// team never waits for a message. More leases help only if a lease is shorter than a message's
+  /// travel time.
   std::uint32_t capacity = 2;
   std::string fingerprint;  ///< trace_fingerprint() of this build
   /// The coordinator runs in this process: messages travel without encoding, and scenes are not

@@ -27,7 +27,7 @@ struct LeaseWork {
   std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
   CellBatch cells;
-  Boxed<RenderSettings> settings;  ///< resolved
+  Boxed<RenderSettings> settings;  ///< no value is `automatic`, except perhaps `isa`
   std::string scene_id;            ///< scenes with equal ids are equal
   /// Null only if the team's latest result has the same scene and settings.
   std::shared_ptr<const Scene> scene;
@@ -63,8 +63,8 @@ class Team {
   /// Returns the finished lease, once; nothing: there is none. The team is idle after it has
   /// returned one. After a failed lease it traces other leases as before.
   virtual std::optional<LeaseResult> take() = 0;
-  /// Gives up the current lease, which then has no result. The team becomes idle after the cells in
-  /// work, or after the accelerator that it builds, which may take seconds.
+  /// Gives up the current lease, which then has no result. The team becomes idle when its threads
+  /// have finished their current cells, or the accelerator that they build, which may take seconds.
   virtual void abandon() = 0;
   /// Returns the samples of all leases that the team has traced in its life. The number grows while
   /// the team traces.

@@ -21,7 +21,7 @@ namespace parray::worker {
 
 /// The job of a rank. It is the same in all passes.
 struct RankJob {
-  Boxed<RenderSettings> settings;      ///< resolved
+  Boxed<RenderSettings> settings;      ///< no value is `automatic`, except perhaps `isa`
   std::string scene_id;                ///< scene_identity()
   std::shared_ptr<const Scene> scene;  ///< WindowSource sets it to null at the rank's first result
 };
