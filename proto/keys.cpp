@@ -72,7 +72,8 @@ std::string key_text(const fs::path& file) {
     }
     throw InputError(
         file.string() +
-        " is missing or out of reach: check the path, or make keys with parray keygen");
+        " is missing, or its directory is closed to you: check the path, or make keys with "
+        "parray keygen");
   }
   return *std::move(text);
 }

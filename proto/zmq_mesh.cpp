@@ -73,7 +73,8 @@ class Mesh final : public ZmqMesh {
     try {
       asked_->raw().bind(endpoint);
     } catch (const zmq::error_t& error) {
-      throw RunError("binding " + endpoint + ": " + error.what());
+      throw RunError("opening a port to share scenes with other workers (" + endpoint +
+                     ") failed: " + error.what() + ": use --sharing off");
     }
     const std::string bound = asked_->raw().get(zmq::sockopt::last_endpoint);
     port_ = static_cast<std::uint32_t>(std::stoul(bound.substr(bound.rfind(':') + 1)));

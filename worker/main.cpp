@@ -106,7 +106,7 @@ class ConnectionLog {
     if (worker_.connected() != connected_) {
       logged_ = true;
       connected_ = worker_.connected();
-      connected_ ? log_.info("serving {}", address)
+      connected_ ? log_.info("connected to {}", address)
                  : log_.warn("connection to {} lost: connecting again", address);
     }
     return interrupt_noted() || !worker_.refused().empty() || idle_for_too_long();
@@ -126,7 +126,7 @@ class ConnectionLog {
     if (tally.scenes > logged_scenes_) {
       logged_scenes_ = tally.scenes;
       log_.info(
-          "a scene has come in {:.3f} s; all scenes so far: {} bytes from the coordinator, {} from "
+          "received a scene in {:.3f} s; all scenes so far: {} bytes from the coordinator, {} from "
           "workers",
           std::chrono::duration<double>(tally.took).count(), tally.from_coordinator,
           tally.from_workers);
@@ -170,8 +170,8 @@ int work(const Arguments& a) {
   options.fingerprint = trace_fingerprint();
   Worker worker(options, team);
   const SteadyClock clock;
-  log->info("ParRay {} worker '{}', {} threads, for {}", PARRAY_VERSION, options.name, a.threads,
-            a.coordinator);
+  log->info("ParRay {} worker '{}', {} threads, for the coordinator at {}", PARRAY_VERSION,
+            options.name, a.threads, a.coordinator);
   ConnectionLog connection_log(worker, *log, key.has_value(), a.idle_exit);
   run_actor(worker, link, clock,
             [&](Time) { return connection_log.log_and_check_stop(a.coordinator); });

@@ -29,8 +29,9 @@ struct NoiseForecast {
 /// The first estimate is `by_around`, a squared half-width from the variance around the pixel. It
 /// covers 95 % of the pixels with such surroundings. It is right for a pixel that missed its rare
 /// bright samples, and wrong for a pixel that differs from its surroundings. The second estimate
-/// follows from `own_square`, the mean square error by the pixel's own samples. It is wrong for the
-/// former pixel and right for the latter.
+/// follows from `own_square`, the mean square error by the pixel's own samples. It is wrong for a
+/// pixel that missed its rare bright samples, and right for a pixel that differs from its
+/// surroundings.
 inline double half_width_square(double own_square, double by_around) {
   // A pixel much noisier than its surroundings keeps this share of its own estimate.
   constexpr double alone = 0.8;
@@ -52,8 +53,9 @@ void half_widths(std::span<const double> count, const NoiseForecast& forecast,
 class NoiseModel {
  public:
   /// Fits the model to `state`. Each pixel must have at least 2 samples. In a large picture the
-  /// model is fitted to some rows only, with about `asked` pixels in total. `horizon` is the reach
-  /// of the surroundings that later calls of predict() pass.
+  /// model is fitted to some rows only, with about `asked` pixels in total. `horizon`: the reach of
+  /// the surroundings in the rows that predict() will get, which NoiseRows with the same `horizon`
+  /// computes.
   NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon,
              std::size_t asked = std::size_t{1} << 17);
 
@@ -101,8 +103,8 @@ class NoiseModel {
   void add(const NoiseNearby& row, Findings& findings) const;
   [[nodiscard]] std::size_t level_of(double variance) const;
   [[nodiscard]] std::size_t place_of(double variance, double ridge) const;
-  /// The range of places that are used together. The first and the last have values if any place
-  /// has.
+  /// The range of places (kinds times levels, see above) that are used together. The first and the
+  /// last have values if any place has.
   struct Levels {
     std::size_t first = 0;
     std::size_t last = 0;

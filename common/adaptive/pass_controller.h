@@ -19,9 +19,10 @@ struct PassTimes {
   double stating = 0;   ///< time to estimate the finished picture's error; not in `total`
 };
 
-/// Decides what each pass of one picture adds, from the sums of the previous passes. A picture
-/// that is not in_passes() has a single pass, or up to three if it is `progressive`: one sample of
-/// each pixel (coarse lattices first), some samples, all samples. Not thread-safe.
+/// Decides what each pass of one picture adds, from the sums of the previous passes. If
+/// StopSettings::in_passes() is false, the picture has a single pass, or up to three if it is
+/// `progressive`: one sample of each pixel (coarse lattices first), some samples, all samples. Not
+/// thread-safe.
 class PassController {
  public:
   /// `begun` lists the samples, over all pixels, of each pass that began before a restart of the
@@ -44,7 +45,7 @@ class PassController {
   /// Returns the number of the current pass, from 0. Call it only after the first pass has begun.
   [[nodiscard]] std::uint32_t pass() const { return passes_ - 1; }
   /// Returns the samples of each pass that has begun, so that the job can be stored. The list
-  /// always includes the passes from before a restart. Empty for a picture that is not in_passes().
+  /// always includes the passes from before a restart. Empty if StopSettings::in_passes() is false.
   [[nodiscard]] const std::vector<std::uint64_t>& begun() const { return begun_; }
   /// Returns whether the latest pass repeats one from before a restart.
   [[nodiscard]] bool repeats() const { return repeats_; }

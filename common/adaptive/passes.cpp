@@ -261,9 +261,9 @@ std::string problem_with_first_passes(const RenderSettings& settings) {
       whole += whole == samples ? 0 : stage.lattice.pixels(settings.width, settings.height);
     }
     if (whole != samples) {
-      return "no picture of " + std::to_string(settings.width) + " x " +
-             std::to_string(settings.height) + " pixels has a pass of " + std::to_string(samples) +
-             " samples after " + std::to_string(traced);
+      return "a picture of " + std::to_string(settings.width) + " x " +
+             std::to_string(settings.height) + " pixels that has " + std::to_string(traced) +
+             " samples cannot get a pass of " + std::to_string(samples);
     }
     traced += samples;
   }

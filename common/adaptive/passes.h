@@ -111,8 +111,9 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
 std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
                                     std::uint64_t samples);
 
-/// Returns why no render makes the passes of `settings` before the second sample of every pixel,
-/// for example because they were invented. Returns "" if one does.
+/// Checks the passes of settings.passes that begin before every pixel has two samples: a render
+/// could have made them if they consist of whole lattices. Returns a phrase for messages that says
+/// which pass is impossible, for example because a user invented it; "" if none is.
 std::string problem_with_first_passes(const RenderSettings& settings);
 
 }  // namespace parray::adaptive

@@ -22,7 +22,7 @@ struct NoiseWeights {
 };
 
 /// Decides how many samples each pixel gets in the next pass of a picture. The result depends only
-/// on the picture's state and on its stop settings, and has the same bits on every machine. The
+/// on the picture's state and on its StopSettings, and has the same bits on every machine. The
 /// object caches intermediate results of its functions.
 ///
 /// All pixels get the same number of samples unless settings.adaptive is set. With it, Allocation

@@ -28,10 +28,11 @@ void check_above_rounding(std::string_view option, double error, double largest_
   const double rounding = rounding_error(largest_radiance);
   const double least = 2 * rounding / share;
   if (error <= 0 || error >= least) return;
-  throw InputError(
-      std::string(option) + " " + number_text(error) +
-      ": rounding a picture of this scene to 32-bit numbers alone causes an error of " +
-      rounded_up(rounding) + ", with every precision: use " + rounded_up(least) + " or more");
+  throw InputError(std::string(option) + " " + number_text(error) +
+                   " is too small: pictures hold 32-bit numbers, and rounding to them causes an "
+                   "error of up to " +
+                   rounded_up(rounding) + " in this scene, with every --precision: use " +
+                   rounded_up(least) + " or more");
 }
 
 void check_targets(const StopSettings& settings, double largest_radiance) {

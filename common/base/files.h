@@ -21,7 +21,7 @@ std::optional<std::string> read_file(const std::filesystem::path& path);
 /// empty path, and sets errno, if that fails.
 std::filesystem::path make_directory(const std::filesystem::path& start);
 
-/// Deletes a file, or a directory with its content, at the end of its life.
+/// Owns a file, or a directory with its content: the destructor deletes it.
 class OwnedPath {
  public:
   explicit OwnedPath(std::filesystem::path path) : path_(std::move(path)) {}

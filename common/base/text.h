@@ -51,10 +51,9 @@ std::string joined(const auto& words, std::string_view between) {
   return text;
 }
 
-/// Returns the number that all of `text` is, as std::from_chars reads it: without blanks or a
-/// leading '+', but for floats also "inf" and "nan". Returns nothing for other texts and for
-/// numbers that the type cannot hold. `format`: the base of a whole number, or the
-/// std::chars_format of a float.
+/// Parses all of `text` as a number, with the rules of std::from_chars: no blanks and no leading
+/// '+'; "inf" and "nan" are floats. Returns nothing for other texts and for numbers that the type
+/// cannot hold. `format`: the base of a whole number, or the std::chars_format of a float.
 template <typename Number, typename... Format>
 std::optional<Number> parsed(std::string_view text, Format... format) {
   Number number{};

@@ -132,7 +132,7 @@ PARRAY_INLINE int compress_register(Element* to, std::uint32_t set, Type a) {
   return __builtin_popcount(here);
 }
 
-/// Integers beside lanes of T.
+/// Unsigned 32-bit integers, one for each lane of Reals<T>.
 template <typename T>
 struct Uints {
   uint32x4_t v;

@@ -147,7 +147,7 @@ PARRAY_INLINE bool any(const Mask<T>& mask) {
   return bits_of(mask) != 0;
 }
 
-/// Integers beside lanes of T.
+/// Unsigned 32-bit integers, one for each lane of Reals<T>.
 template <typename T>
 struct Uints {
   Words v;

@@ -8,8 +8,9 @@
 /// integer or lanes of them.
 ///
 /// A coordinate in [0, 1) is stored as its first 24 binary digits in reverse order: bit 0 counts
-/// halves, bit 1 quarters. So a digit depends on lower bits only, which is the direction in which
-/// products and sums carry. Bits from 24 on have no meaning.
+/// halves, bit 1 quarters. Products and sums carry from lower to higher bits. So each digit of a
+/// result depends only on the same and earlier (larger) digits of the operands. Bits from 24 on
+/// have no meaning.
 namespace parray::math {
 
 /// Returns the second coordinate of point `index`; the first one is `index` itself. Among the 2^k

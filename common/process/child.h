@@ -32,7 +32,7 @@ pid_t start_child(ChildSetup setup);
 struct ChildEnd {
   int status = 0;  ///< exit status; 128 + signal if a signal ended it
   int signal = 0;  ///< the signal that ended it; 0: none
-  // Callers fill the others; end_of_child() does not.
+  // end_of_child() leaves the next two fields as they are; its callers may fill them.
   bool timed_out = false;  ///< it reached its time limit
   std::string message{};   ///< the last line that it wrote to stderr
 };

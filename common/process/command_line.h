@@ -43,7 +43,7 @@ class Option {
   Option& show_default();
   /// Sets the name of an environment variable that gives the value if the option is missing.
   Option& environment(const std::string& name);
-  /// Makes a second use an error, for an option of which otherwise the last use counts.
+  /// Makes a second use of this option an error. Otherwise the last use counts.
   Option& only_once();
   /// Reads the value when the parser meets the option, so that it can depend on the options before
   /// it. Other options are read when the whole command line is parsed.
@@ -52,7 +52,7 @@ class Option {
   Option& one_value_each();
   /// Refuses an empty value, which would read as "not given".
   Option& forbid_empty();
-  /// Refuses other values.
+  /// Refuses values that are not in `known`.
   Option& one_of(const std::vector<std::string>& known);
   /// Lists known words for the help and shells; the reader of the value refuses others. `list`:
   /// several words, separated by commas.
@@ -61,8 +61,8 @@ class Option {
   Option& completes(Completes what);
   /// Marks a command's option as rarely needed: only `help COMMAND --all` and the man page show it.
   Option& special();
-  /// Makes this option an error unless the option `other` is given, too. Its environment variable
-  /// alone is no error, if environment() was called before.
+  /// Makes it an error to give this option without the option `other`. A value from the environment
+  /// variable of this option is no error; for that, call environment() first.
   Option& needs(const Option& other);
 
  private:

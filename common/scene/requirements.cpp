@@ -217,9 +217,10 @@ ResolvedSettings resolve_settings(const Requirements& requirements, const Render
     const std::size_t most = largest_linear(settings.precision);
     const bool few = requirements.spheres <= most;
     settings.accelerator = few ? AcceleratorKind::linear : AcceleratorKind::bvh;
-    result.accelerator_reason = std::to_string(requirements.spheres) +
-                                (few ? " spheres, at most " : " spheres, more than ") +
-                                std::to_string(most);
+    result.accelerator_reason =
+        std::to_string(requirements.spheres) +
+        (few ? " spheres: auto uses a tree only above " : " spheres: auto uses a tree above ") +
+        std::to_string(most);
   }
   if (settings.row_order == RowOrder::automatic) {
     settings.row_order = settings.schedule == SchedulePolicy::weighted ? RowOrder::interleaved

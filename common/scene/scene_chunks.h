@@ -12,14 +12,15 @@
 /// Cuts the bytes of a scene (scene_bytes.h) into chunks for their way to workers.
 namespace parray::scene {
 
-/// Most bytes of a scene that travels: those of the most shapes and materials, and some room.
+/// Largest size of a scene that travels, in bytes: that of a scene with the most shapes and
+/// materials, rounded up.
 inline constexpr std::uint64_t max_scene_bytes = std::uint64_t{1} << 33;
 /// Bounds of ChunkCut::chunk_bytes in messages.
 inline constexpr std::uint32_t least_chunk_bytes = 1U << 8;
 inline constexpr std::uint32_t most_chunk_bytes = 1U << 20;
-/// Size of a coordinator's chunks. It is small enough that a chain of many workers is soon busy,
-/// and that a slow connection shows that it is alive. It is large enough that the number of chunks
-/// costs nothing.
+/// Size of a coordinator's chunks. It is small enough that workers that pass chunks on, one to the
+/// next, soon all have some, and that a slow connection shows that it is alive. It is large enough
+/// that the number of chunks costs nothing.
 inline constexpr std::uint32_t usual_chunk_bytes = 1U << 18;
 
 /// The cut of a scene's bytes into chunks. All chunks except the last one have the same size.

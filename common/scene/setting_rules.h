@@ -18,11 +18,11 @@ enum : unsigned {
   accuracy = 1U << 2,   ///< its option is under the heading "Accuracy" of the help
   speed = 1U << 3,      ///< its option never changes the picture
   special = 1U << 4,    ///< its option is for experiments: only the full help shows it
-  since = 1U << 5,      ///< missing in messages and records of earlier versions, which means 0
+  since = 1U << 5,      ///< earlier versions lack it in messages and records: 0 then
   in_passes = 1U << 6,  ///< only in messages of pictures in passes; missing means 0
   if_set = 1U << 7,     ///< missing in messages, records and sections if it is 0
   no_report = 1U << 8,  ///< a report does not repeat it
-  recipe = 1U << 9,     ///< a recipe contains the report's value of it
+  recipe = 1U << 9,     ///< a recipe (settings in a picture file) has the report's value
   resolved = 1U << 10,  ///< a worker refuses `automatic`
   required = 1U << 11,  ///< a section must have it
 };

@@ -58,8 +58,8 @@ void picture_fields(F&& f, S&... s) {
      since | recipe},
     words::sampler, s.sampler...);
   f({"precision",
-     "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: shapes stored in 32 bits, "
-     "computed with in 64",
+     "Precision of the arithmetic; auto: by the sizes in the scene; mixed: shapes are stored in 32 "
+     "bits, paths are computed in 64",
      recipe | resolved},
     words::precision, s.precision...);
 }
@@ -72,8 +72,8 @@ void stop_fields(F&& f, S&... s) {
      nullptr, "spp"},
     IntegerRange{1, limits::max_samples_per_pixel}, s.samples_per_pixel...);
   f({"target_error",
-     "Stop when the upper bound of the picture's RMSE, denoised or not, is at most X, in linear "
-     "radiance",
+     "Stop when the RMSE of the picture (with --denoise: of the denoised picture) is at most X, by "
+     "the upper end of its 95 % interval, in linear radiance",
      accuracy | in_passes | recipe},
     ranges::target_error, s.target_error...);
   f({"target_denoised", nullptr, if_set}, OnOff{}, s.target_denoised...);
@@ -106,9 +106,12 @@ void work_fields(F&& f, S&... s) {
   f({"isa", "Instruction set to trace with; auto: the best that a machine has",
      speed | special | since},
     words::isa, s.isa...);
-  f({"schedule", "How rows are dealt out to workers (default: weighted)", speed | special},
+  f({"schedule", "Rule for the amount of work that a worker gets at a time (default: weighted)",
+     speed | special},
     words::schedule, s.schedule...);
-  f({"row_order", "In which order rows are dealt out; auto: interleaved with weighted",
+  f({"row_order",
+     "Order in which workers get the rows; auto: interleaved with --schedule weighted, else "
+     "sequential",
      speed | special | resolved},
     words::row_order, s.row_order...);
   f({"progressive", nullptr, if_set | no_report}, OnOff{}, s.progressive...);

@@ -35,7 +35,8 @@ struct CellRange {
   friend bool operator==(const CellRange&, const CellRange&) = default;
 };
 
-/// A range of samples that is traced for every pixel of one lattice before the next stage starts.
+/// A range of samples that is traced for every pixel of one lattice (every n-th pixel in x and y)
+/// before the next stage starts.
 struct Stage : SampleRange {
   Stage() = default;
   Stage(std::uint32_t first, std::uint32_t last, Lattice its_lattice = {})

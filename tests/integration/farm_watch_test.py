@@ -121,7 +121,7 @@ class Workers(WebCase):
             farm.start_worker("one")
             def log_once_connected():
                 found = farm.get("/workers/one/log").json().get("lines", [])
-                return found if any("info: serving" in line for line in found) else None
+                return found if any("info: connected to" in line for line in found) else None
             lines = wait_for(log_once_connected, "its log with the line that it writes after it is connected")
             self.assertTrue(any("worker 'one', 1 threads" in line for line in lines), lines)
             self.assertEqual(farm.client("workers", "log", "one").stdout.splitlines()[0], lines[0])

@@ -106,7 +106,7 @@ class OptionPairs(unittest.TestCase):
             status, said = self.render(*words)
             self.assertEqual(status, 2, said)
             self.assertEqual(said.count("\n"), 1, said)
-            self.assertIn("no picture of", said)
+            self.assertIn("cannot get a pass of", said)
 
     def test_a_picture_of_one_sample_has_statistics_and_says_that_its_error_is_unknown(self):
         for aov in ("samples", "half-width"):

@@ -99,7 +99,7 @@ class Spread(LongerJobs, unittest.TestCase):
         with Farm("--heartbeat", "0.2") as farm:
             first = self.workers(farm, 1)[0]
             job = farm.submit(*self.job)
-            wait_for(lambda: "a scene has come" in first.log.read_text(), "the scene")
+            wait_for(lambda: "received a scene" in first.log.read_text(), "the scene")
             first.send_signal(signal.SIGSTOP)  # the machine's source
             farm.start_worker("late")
 

@@ -43,7 +43,7 @@ TEST_CASE("a target below the rounding error is refused for every client") {
   settings.target_error = 1e-9;
   const auto error = service.ask<msg::Error>(service.submission(small_scene(), settings));
   CHECK(error.status == 2);
-  CHECK(contains(error.message, "--target-error 1e-09: rounding a picture of this scene"));
+  CHECK(contains(error.message, "--target-error 1e-09 is too small: pictures hold 32-bit"));
   CHECK(service.ask<msg::Jobs>(msg::ListJobs{1}).jobs.empty());
   settings.target_error = 1e-3;
   CHECK(service.submit(small_scene(), settings) > 0);

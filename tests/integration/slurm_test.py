@@ -151,11 +151,11 @@ class Farm(Jobs):
         farm, _ = self.start(idle=600)
         before = self.address()
         _, log = self.start("join", idle=25)
-        wait_for(lambda: f"serving {before}" in log.read_text(), "the worker")
+        wait_for(lambda: f"connected to {before}" in log.read_text(), "the worker")
         self.cluster.command("scontrol", "requeue", farm)
         wait_for(lambda: self.cluster.job(farm)["Restarts"] == "1", "the coordinator to be requeued")
         wait_for(lambda: self.address() != before, "the coordinator at another port")
-        wait_for(lambda: f"serving {self.address()}" in log.read_text(), "the worker to follow")
+        wait_for(lambda: f"connected to {self.address()}" in log.read_text(), "the worker to follow")
 
     def test_a_worker_that_joins_a_farm_without_coordinator_says_so_and_exits(self):
         (self.directory / "farm").mkdir()

@@ -76,9 +76,10 @@ PARRAY_INLINE CapsuleShape<Real> shape_at(const CapsuleBlock<Store, W>* blocks,
 /// A node with up to W children. Bounds of absent children are empty, so that no ray meets them.
 template <typename Store, int W>
 struct alignas(64) WideNode {
-  Store planes[3][2][W];     ///< lower and upper x of each child, then y, then z
-  std::uint32_t child[W];    ///< see ChildRef
-  std::uint8_t order[8][W];  ///< children far to near for rays of each octant (bit: axis is < 0)
+  Store planes[3][2][W];   ///< lower and upper x of each child, then y, then z
+  std::uint32_t child[W];  ///< see ChildRef
+  /// Children from far to near, for rays of each octant (bit k: direction < 0 along axis k).
+  std::uint8_t order[8][W];
 };
 
 /// The tables of a WideBvh.

@@ -61,7 +61,7 @@ struct RayColumns {
   Column<std::uint32_t> surface;  ///< slot of the shape that the ray stands on, or no_shape
   // Only used if rays can be inside a shape.
   VecColumns<Real> normal;       ///< outward normal of the surface
-  Column<std::uint32_t> inside;  ///< head of a list in InsideLists
+  Column<std::uint32_t> inside;  ///< first link of its list in InsideLists
 };
 
 /// The data of each ray for screening spheres: see screen.h.
@@ -90,8 +90,8 @@ struct Queries {
   /// boxes on the near and on the far side (see Traversal::Slab).
   VecColumns<Store> inverse, near_shift, far_shift;
   Column<std::uint32_t> octant;    ///< bit set: the direction is < 0 on that axis
-  Column<std::uint32_t> numbers;   ///< numbers of the rays of one octant
-  Column<std::uint32_t> excluded;  ///< bits of the open spheres, of some 32, that it cannot enter
+  Column<std::uint32_t> numbers;   ///< list of the rays of one octant
+  Column<std::uint32_t> excluded;  ///< bits of those of 32 open spheres that it cannot enter
   Column<Real> t;                  ///< nearest crossing so far
   Column<std::uint32_t> slot;      ///< slot of the shape of that crossing, or no_shape
   Column<std::uint32_t> leaving;   ///< 1: that crossing leads out of the shape; otherwise 0

@@ -13,7 +13,7 @@ namespace parray::trace {
 struct Waiting {
   static constexpr std::uint32_t most = 64;  ///< most rays of a group
 
-  std::uint32_t ray[most];    ///< places of the rays in their group
+  std::uint32_t ray[most];    ///< positions of the rays in their group
   std::uint32_t child[most];  ///< numbers of nodes or blocks
   std::uint32_t count = 0;
 
@@ -26,14 +26,15 @@ struct Waiting {
   }
 };
 
-/// Rays with directions of the same signs, and the places in a node that follow from the signs. A
-/// node has the low and the high planes along x, then those along y and z, `Width` planes each.
+/// Rays with directions of the same signs, and the indices into the planes of a node that follow
+/// from the signs. A node has the low and the high planes along x, then those along y and z,
+/// `Width` planes each.
 template <std::uint32_t Width>
 struct RayGroup {
   const std::uint32_t* ray;  ///< numbers of the rays in the columns
   std::uint32_t count;
   std::uint32_t octant;  ///< bits 0, 1 and 2: the directions are negative along x, y and z
-  std::uint32_t near_x, near_y, near_z;  ///< places of the first planes on the near side
+  std::uint32_t near_x, near_y, near_z;  ///< indices of the first planes on the near side
 
   PARRAY_INLINE RayGroup(const std::uint32_t* rays, std::uint32_t size, std::uint32_t signs)
       : ray(rays),

@@ -9,7 +9,8 @@
 
 namespace parray::trace {
 
-/// The kernels of a device: K(name, Real, Store, Search, most shapes that a path can be inside of).
+/// The kernels of a device (a GPU): K(name, Real, Store, Search, most shapes that a path can be
+/// inside of).
 #define PARRAY_FOR_EACH_DEVICE_KERNEL(K)                  \
   K(trace_f32_linear_0, float, float, DeviceLinear, 0)    \
   K(trace_f32_linear_8, float, float, DeviceLinear, 8)    \

@@ -4,8 +4,8 @@
 
 #include "common/rooms.h"
 
-/// The data that a host and a device exchange with every launch of a kernel. Plain structs without
-/// pointers: both sides have the same layout. See README.md.
+/// The data that a host and a device (a GPU) exchange with every launch of a kernel. Plain structs
+/// without pointers: both sides have the same layout. See README.md.
 namespace parray::trace {
 
 /// One work item: samples [begin, end) of pixel (x, y).

@@ -6,7 +6,8 @@
 #include "common/trace/device/device_view.h"
 #include "common/trace/sphere_search.h"
 
-/// Searches for one ray at a time, with the tables of a device: EntrySearch.
+/// Searches in the tables of a device (a GPU), for one ray at a time. They meet the concept
+/// EntrySearch (sphere_search.h).
 namespace parray::trace {
 
 /// Tests all spheres in input order. first_crossing() tests the capsules.

@@ -12,7 +12,8 @@
 #include "common/scene/settings_fwd.h"
 #include "common/trace/device/device_job.h"
 
-/// The tables that kernels on a device read. The host fills them and copies them to the device.
+/// The tables that kernels on a device (a GPU) read. The host fills them and copies them to the
+/// device.
 namespace parray::trace {
 
 /// A scene in the form that kernels read: one block of memory without pointers. Many pictures can

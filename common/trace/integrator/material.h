@@ -38,7 +38,7 @@ struct MaskedDirection {
 };
 
 // Below, `incoming` is the unit direction in which the path travels to the surface, and `m` is the
-// unit normal on the path's own side. Directions are returned for the way on.
+// unit normal on the path's own side. Returned directions are those in which the path continues.
 
 /// Returns the cosine of the angle between -incoming and `m`, clamped to [0, 1], because rounding
 /// may place a tangent ray on either side of the surface.

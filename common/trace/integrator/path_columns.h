@@ -25,7 +25,7 @@ struct Hits {
   Column<std::uint32_t> sample, slot, material;
   // Only used if paths can be inside a shape.
   Column<Real> side;  ///< 0: into the shape, 1: out of it, 2: out of it from its own surface
-  Column<std::uint32_t> inside;  ///< head of a list in InsideLists
+  Column<std::uint32_t> inside;  ///< first link of its list in InsideLists
   // Only used for paths on side 2.
   VecColumns<Real> old_normal;  ///< outward normal of the surface that the path stood on
   Column<Real> t;

@@ -193,7 +193,7 @@ TEST_CASE("invalid key files are refused with the name of the file") {
   write(file, "");
   CHECK(refusal().find(file.string()) == 0);
   fs::remove(file);
-  CHECK(refusal().find(file.string() + " is missing or out of reach") == 0);
+  CHECK(refusal().find(file.string() + " is missing, or its directory is closed to you") == 0);
 
   const std::string list = text_of(farm.keys / "allowed");
   write(farm.keys / "allowed", list + "worker w " + with_zeros + "\n");
