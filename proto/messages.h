@@ -191,7 +191,7 @@ struct ListJobs {
 struct Jobs {
   std::uint64_t request = 0;
   nlohmann::json jobs;
-  std::uint64_t total = 0;  ///< jobs that the filters select; 0 with JobOrder::newest
+  std::uint64_t total = 0;  ///< jobs that states, user and name select; 0 with `newest`
 };
 struct ShowJob {
   std::uint64_t request = 0;

@@ -69,14 +69,16 @@ class NoiseModel {
   /// Kinds of surroundings, by ridge / mean: see NeighbourhoodRow.
   static constexpr std::size_t kinds = 4;
   static constexpr std::size_t places = kinds * levels;
+  /// Statistics of the values with similar noise around their pixels.
   struct Around {
     std::array<std::uint32_t, ratios> found{};
-    double values = 0;
+    double values = 0;     ///< their number
     double squares = 0;    ///< sum of squared differences times counts
     double variances = 0;  ///< sum
   };
+  /// Statistics of the values with a similar variance of their own.
   struct Own {
-    double values = 0;
+    double values = 0;       ///< their number
     double differences = 0;  ///< sum of squares
     double variances = 0;    ///< sum of the means' variances
   };
@@ -103,7 +105,7 @@ class NoiseModel {
   void add(const NoiseNearby& row, Findings& findings) const;
   [[nodiscard]] std::size_t level_of(double variance) const;
   [[nodiscard]] std::size_t place_of(double variance, double ridge) const;
-  /// The range of places (kinds times levels, see above) that are used together. The first and the
+  /// The range of places (a place is a kind and a level) that are used together. The first and the
   /// last have values if any place has.
   struct Levels {
     std::size_t first = 0;

@@ -76,8 +76,8 @@ class NoiseWindow {
   /// For squares of 2 * reach + 1 pixels a side, in rows of `width` pixels.
   NoiseWindow(std::size_t reach, std::size_t width);
   /// Moves the window to row y of `height`; y must not decrease. `row_at(y)` returns a Row. The
-  /// window asks for rows from y - 3 * reach - 1 on, and for no row that lies 2 * reach + 2 or more
-  /// rows above the last one it asked for.
+  /// window asks for rows from y - 3 * reach - 1 on, and for no row that comes 2 * reach + 2 or
+  /// more rows before the last one that it asked for.
   void move_to(std::size_t y, std::size_t height, auto&& row_at) {
     const std::size_t first = y - std::min(y, reach_);
     if (first >= end_) {
@@ -158,7 +158,7 @@ class NoiseRows {
   RadianceScale scale_;
   double unit_;  ///< of variance: the largest radiance squared
   std::vector<Kept> kept_;
-  std::size_t have_ = 0;  ///< the rows above this one are kept, or were kept
+  std::size_t have_ = 0;  ///< next row to keep; earlier rows were kept or skipped
   NoiseWindow near_;
   NoiseWindow far_;
   Values close_by_;

@@ -30,8 +30,8 @@ struct NoiseWeights {
 /// samples are placed for equal half-widths. Otherwise they are placed for the least RMSE, and only
 /// if adaptive_pays() holds. Without a target_half_width, a pass that adds little (is_little())
 /// keeps the present proportions of counts. Equal counts then stay equal in a pass of less than
-/// half of the present samples. In a large picture, some rows serve to predict how many samples are
-/// needed.
+/// half of the present samples. In a large picture, the prediction of how many samples are needed
+/// uses only some rows.
 class Placement {
  public:
   /// Refers to `state`, which must have pixels, and to `found`. `found` holds the weights that

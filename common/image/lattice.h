@@ -42,9 +42,9 @@ struct Fill {
   std::uint32_t block = 1;   ///< side of the largest block that one traced pixel fills, in pixels
 };
 
-/// The traced pixel that stands for pixel (x, y): the pixel itself, or the corner of the smallest
-/// block whose corner has been traced. Blocks have sides of 2, 4, 8 ... and start at multiples of
-/// their side. (0, 0) if no such corner has been traced.
+/// The traced pixel that stands for pixel (x, y): the pixel itself, or the corner (the top left
+/// pixel) of the smallest block around it whose corner has been traced. Blocks have sides of 2, 4,
+/// 8 ... and start at multiples of their side. (0, 0) if no such corner has been traced.
 struct BlockCorner {
   std::uint32_t x = 0;
   std::uint32_t y = 0;

@@ -37,8 +37,8 @@ struct ChildEnd {
   std::string message{};   ///< the last line that it wrote to stderr
 };
 
-/// Returns how the child has ended, or nothing if it still runs. Does not wait. A result ends the
-/// use of the process id: do not call again.
+/// Returns how the child has ended, or nothing if it still runs. Does not wait. Once it has
+/// returned a result, do not call it again: the system may give the process id to another process.
 std::optional<ChildEnd> end_of_child(pid_t child);
 
 /// Returns this process's environment, with `variables` (NAME=VALUE) added or replaced.

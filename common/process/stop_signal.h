@@ -20,16 +20,17 @@ class Interrupted : public std::runtime_error {
 /// The exit status of a program that SIGINT, SIGTERM or SIGHUP interrupted.
 inline constexpr int interrupted_status = 130;
 
-/// For interactive programs. SIGINT, SIGTERM and SIGHUP end the program at once with one line on
-/// stderr and interrupted_status. SIGHUP does so only if it is not ignored (nohup).
+/// For interactive programs. From now on SIGINT, SIGTERM and SIGHUP end the program at once with
+/// one line on stderr and interrupted_status. If SIGHUP is ignored (nohup), it stays ignored.
 void stop_at_signals();
 
 /// Makes SIGINT, SIGTERM and SIGHUP do nothing from now on. An interactive program calls this when
 /// its last output is in place. Then a late signal does not change its exit status.
 void ignore_signals();
 
-/// For services, which poll interrupt_noted() in their loop. SIGINT and SIGTERM are only noted;
-/// the second signal of the same kind ends the process at once. Does not change what SIGHUP does.
+/// For services, which poll interrupt_noted() in their loop. From now on SIGINT and SIGTERM are
+/// only noted; the second signal of the same kind ends the process at once. Does not change what
+/// SIGHUP does.
 void note_signals();
 
 /// While an object exists, the signals of stop_at_signals() do not end the program, however often

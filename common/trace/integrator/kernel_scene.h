@@ -34,7 +34,7 @@ struct KernelFeatures {
 /// StartShapes in the form that kernels use.
 struct StartTable {
   const std::uint32_t* numbers = nullptr;  ///< slots, grouped by tile; null: none
-  const std::uint32_t* begins = nullptr;   ///< first place of each tile's slots, then their end
+  const std::uint32_t* begins = nullptr;   ///< index of each tile's first number, then the total
   std::uint32_t bits = 0;                  ///< a tile has 2^bits pixels a side
   std::uint32_t across = 1;                ///< tiles in a row of them
 

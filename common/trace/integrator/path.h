@@ -5,9 +5,9 @@
 #include "common/trace/integrator/material.h"
 #include "common/trace/sphere_search.h"
 
-/// One sample, as scalar code: the definition of a picture's bits. Every type of these functions'
-/// parameters is generic, so that they run with the containers of a host and with the tables of a
-/// device.
+/// Traces one sample in scalar code: this file defines the bits of a picture. The parameters have
+/// template types. So the functions work with the containers of a host (CPU) and with the tables of
+/// a device (GPU).
 namespace parray::trace {
 
 /// Everything that a path can meet. Spheres are numbered first, then capsules. `material_of` holds

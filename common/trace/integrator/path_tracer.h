@@ -50,8 +50,9 @@ class PathTracer {
   virtual void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
                          TraceCounts& counts) const = 0;
 
-  /// Finds the first hits of the camera rays of the same samples: all samples of a pixel, then
-  /// those of the next pixel. `hits` has samples.count() elements for each pixel of `run`.
+  /// Finds the first hits of the camera rays of samples [samples.begin, samples.end) of each pixel
+  /// of `run`. `hits` lists all samples of a pixel, then those of the next pixel. It has
+  /// samples.count() elements for each pixel.
   virtual void first_hits(const PixelRun& run, const SampleRange& samples,
                           std::span<FirstHit> hits) const = 0;
 

@@ -10,8 +10,8 @@
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/kernel_scene.h"
 
-/// Finds the shapes that a path may begin inside of. Each sample decides for itself, from the
-/// stored numbers of the shapes. This file finds the candidates that a sample must test.
+/// Finds the shapes that a path may begin inside of. Each sample tests whether the start of its own
+/// ray is inside a shape. This file finds the shapes that a sample must test.
 namespace parray::trace {
 
 /// A box of pixels, both ends included.

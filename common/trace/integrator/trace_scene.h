@@ -7,7 +7,7 @@
 #include "common/trace/integrator/material.h"
 #include "common/trace/integrator/start_shapes.h"
 
-/// The parameters of path.h in containers of the host, which means: not on a device.
+/// Arguments for the functions of path.h, in containers of the host (for the CPU, not for a GPU).
 namespace parray::trace {
 
 /// Everything that a path can meet: a PathScene. Positions are relative to scene_origin().

@@ -12,8 +12,8 @@
 
 namespace parray::trace {
 
-/// Adds the shapes of a scene, and their materials. `Store` is the type that positions are rounded
-/// to, relative to `origin`.
+/// Adds the shapes of a scene, and the numbers of their materials, to `to`. `Store` is the type
+/// that positions are rounded to, relative to `origin`.
 template <typename Store, typename Real>
 void add_shapes(const Scene& scene, const Vec3d& origin, TraceScene<Real>& to) {
   const auto add = [&](const auto& shape, auto& shapes) {

@@ -11,8 +11,8 @@ namespace parray::trace {
 
 /// Returns the SHA-256 of a small built-in picture of spheres and capsules with every material, a
 /// lens, nested and overlapping glass, traced with every sampler in every precision. Two builds
-/// with the same value trace the same bits. Takes a few milliseconds. Workers compare it with the
-/// coordinator's value.
+/// with the same value trace the same bits. Takes a few milliseconds. The coordinator refuses a
+/// worker whose value differs from its own.
 std::string trace_fingerprint();
 
 /// The value of trace_fingerprint() for this trace_version (proto/messages.h), with any compiler
