@@ -164,7 +164,7 @@ Option& Option::forbid_empty() {
 Option& Option::one_of(const std::vector<std::string>& known) {
   option_->check([known](const std::string& text) -> std::string {
     if (std::ranges::find(known, text) != known.end()) return {};
-    return "'" + printable(text) + "' is none of " + joined(known, ", ");
+    return "'" + printable(text) + "' is unknown: use one of " + joined(known, ", ");
   });
   return words(known);
 }
