@@ -17,7 +17,7 @@
 
 namespace parray::coordinator {
 
-/// Where an unfinished job is.
+/// What happens to a job now.
 enum class JobPhase : std::uint8_t {
   waiting,    ///< holds no memory for its picture
   preparing,  ///< the job thread is making its picture or its next pass
@@ -40,7 +40,7 @@ struct JobWork : RunState {
   Time pass_began = never;
   Time pass_ended = never;           ///< all results were merged
   Time error_at = never;             ///< latest estimate of the error within a pass
-  PartialError error_so_far;         ///< while some pixels have fewer than two samples
+  PartialError error_so_far;         ///< error while some pixels have fewer than two samples
   std::uint64_t samples_before = 0;  ///< samples at the first grant
   double taken_before = 0;           ///< JobCourse::taken at the first grant
   double pass_progress = 0;          ///< Job::progress() at the begin of the pass
@@ -52,7 +52,7 @@ struct JobWork : RunState {
   RenderFacts facts;
   JobFailures failures;
   bool held = false;  ///< it waits for the referee, as Job::pause_reason says
-  /// Leases that were to be checked, but could not be, or only in part.
+  /// Number of leases that were drawn for a check, but could not be checked, or only in part.
   std::uint64_t unchecked = 0;
 };
 

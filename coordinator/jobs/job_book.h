@@ -79,9 +79,10 @@ class JobBook {
 
   /// Returns the bytes of memory that a job needs while it is rendered.
   [[nodiscard]] std::uint64_t memory_of(const Job& job) const;
+  /// Returns the bytes that count for CoordinatorOptions::memory now.
   [[nodiscard]] std::uint64_t memory_in_use() const;
-  /// Without a store: drops data of ended jobs until `bytes` more fit into memory. Returns whether
-  /// they fit, also with a store.
+  /// Returns whether `bytes` more fit into memory. Without a store, first drops data of ended jobs
+  /// until they fit, if that suffices.
   bool make_room(std::uint64_t bytes);
   /// Returns the bytes on disk at the last count.
   [[nodiscard]] std::uint64_t disk_used() const { return usage_.total; }

@@ -30,8 +30,8 @@ struct SceneFacts {
 /// Not thread-safe.
 class JobPicture {
  public:
-  /// `settings` must be resolved. `begun`: samples of the passes that earlier processes began.
-  /// `tile`: see WorkPlan. `large_pages`: see Framebuffer. `judge`: see PassController.
+  /// `settings` must not contain `auto`. `begun`: samples of each pass that earlier processes
+  /// began. `tile`: see WorkPlan. `large_pages`: see Framebuffer. `judge`: see PassController.
   JobPicture(const RenderSettings& settings, const SceneFacts& scene,
              std::vector<std::uint64_t> begun = {}, std::uint32_t tile = 0, bool large_pages = true,
              PictureJudge judge = {});
@@ -92,7 +92,8 @@ class JobPicture {
   /// Adds an entry to the journal. Returns its log entry.
   std::string journal_entry(const JournalEntry& entry);
   [[nodiscard]] const Journal& journal() const { return journal_; }
-  /// Must follow the last replay().
+  /// Notes that the present samples are those of earlier processes, so that they do not count for
+  /// the speed of tracing. Call it after the last replay().
   void end_replay() { passes_->begin_timing(framebuffer_); }
   /// Applies a log entry of an earlier process. Entries must come in the order of their writing.
   /// Begins their passes. Throws DecodeError.

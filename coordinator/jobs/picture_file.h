@@ -9,7 +9,7 @@ namespace parray::coordinator {
 
 /// The file of a finished picture, as read from a store.
 struct PictureFile {
-  std::optional<std::string> bytes;  ///< empty: the store has no undamaged picture
+  std::optional<std::string> bytes;  ///< nothing: the store has no undamaged picture
   std::string damage;                ///< what was wrong with the store's file; empty: nothing
   bool restored = false;             ///< a copy from the standby has replaced the damaged file
 };
@@ -18,10 +18,10 @@ struct PictureFile {
 /// Throws RunError if the store cannot be read at all.
 PictureFile read_picture_file(Store& store, JobId job);
 
-/// Returns the new flag of a job whose picture was read. If the file is or was damaged, a new note
-/// on this replaces the older note in `flag`. If the file is undamaged, the older note disappears,
-/// unless it says that the file was restored: the disk may be defective. A missing file changes
-/// nothing.
+/// Returns the new JobRecord::flag (a text about damage) of a job whose picture was read. `flag`:
+/// the present one. If the file is or was damaged, a new note on this replaces the older note on
+/// the file. If the file is undamaged, the older note disappears. But a note that the file was
+/// restored stays, because the disk may be defective. A missing file changes nothing.
 std::string flag_with(const std::string& flag, const PictureFile& kept);
 
 }  // namespace parray::coordinator

@@ -33,13 +33,13 @@ class LeaseDesk {
   void expire_leases(Time now);
   /// Returns the next deadline of a lease; `never` if no worker holds one.
   [[nodiscard]] Time next_deadline() const;
-  /// Notes that `failure` ended a lease. Fails the job if it is at fault (JobFailures). If another
-  /// connected worker has traced a part of the job, the failing worker gets no leases for some time
-  /// (Backoff), unless the failure is excused.
+  /// Notes that `failure` ended a lease. Fails the job if the job is at fault (JobFailures). Gives
+  /// the failing worker no leases for some time (Backoff) if another connected worker has traced a
+  /// part of the job and the failure is not excused (Failure::excused).
   void note_failure(Time now, Job& job, Failure failure);
-  /// Decides, after `worker` joined, what became of lost workers of its machine or its name. If it
-  /// is the same process, only the connection was lost. If it is another process, the lost one
-  /// died: that counts as a failure.
+  /// Call it when `worker` has joined. Decides what became of lost workers with its machine or
+  /// name. If `worker` is the same process as a lost worker, only the connection was lost. If it is
+  /// another process, the lost worker has died, which counts as its failure.
   void check_losses(Time now, const WorkerRecord& worker);
   /// Tells the worker registry which failing workers get no leases at present, and until when.
   void hold_back(Time now);

@@ -66,11 +66,13 @@ class LeaseTable {
   };
   /// Adds a check. It waits until grant() leases it to a worker of the machine `by`.
   void want_check(Check check) { checks_.push_back(std::move(check)); }
-  /// Removes and returns the checks that need another machine. These are the waiting checks whose
-  /// `by` is not among `able`, and the checks that failed: their lease ended without a valid
-  /// result. `not_by` of a check that failed includes the machine after reject() or give_back().
-  /// After drop_worker() or expire(), it does so only if the machine has lost the leases of
-  /// most_losses checks in a row. `able`: the machines with a worker that may trace.
+  /// Removes and returns the checks that need another machine: the waiting checks whose `by` is not
+  /// among `able`, and the failed checks, whose lease ended without a valid result. `able`: the
+  /// machines with a worker that may trace.
+  ///
+  /// If reject() or give_back() ended the lease, `not_by` of the failed check contains the machine.
+  /// If drop_worker() or expire() ended it, `not_by` contains the machine only if the machine has
+  /// lost the leases of most_losses checks in a row.
   std::vector<Check> take_orphans(const std::set<MachineKey>& able);
   /// Returns whether a check waits, is leased, or has failed and take_orphans() has not returned it
   /// yet.
@@ -100,12 +102,12 @@ class LeaseTable {
   /// stale.
   Arrived arrive(WorkerId worker, Epoch epoch, std::uint64_t cells = 0);
   /// Ends a lease whose result of the kind `first` or `check` was merged or compared. Returns the
-  /// workers that still held a copy. They lose it, but if they return a whole result, it is still
-  /// of the kind `again`. Returns none for a lease that has ended.
+  /// other holders, which lose the lease. If such a worker returns a whole result later, the result
+  /// is still of the kind `again`. Returns none for a lease that has ended.
   std::vector<WorkerId> finish(Epoch epoch);
-  /// Discards the result of the kind `first` or `check` of a lease, because it is invalid. Another
-  /// holder keeps its copy. Without another holder, the cells become pending again, or the check
-  /// has failed.
+  /// Discards the result of the kind `first` or `check` of a lease, because the result is invalid.
+  /// Another holder keeps the lease. Without another holder, the cells become pending again; if the
+  /// lease is that of a check, the check has failed.
   void reject(Epoch epoch);
   /// Takes a lease from a holder that failed, with the consequences of reject(). False: the worker
   /// does not hold this lease.
@@ -116,14 +118,15 @@ class LeaseTable {
   /// Moves the deadline of a worker's lease, but never to an earlier time. False: `worker` does not
   /// hold the lease.
   bool extend(WorkerId worker, Epoch epoch, Time deadline);
-  /// Takes all leases from a lost worker, as give_back() does. Returns them.
+  /// Takes all leases from a lost worker, as give_back() does, except for checks: see
+  /// take_orphans(). Returns the leases.
   std::vector<Lease> drop_worker(WorkerId worker);
   struct Expired {
     Lease lease;
     WorkerId worker;
   };
-  /// Takes the leases whose deadlines have passed from their holders, as give_back() does. Returns
-  /// them.
+  /// Takes the leases whose deadlines have passed from their holders, as drop_worker() does.
+  /// Returns these leases.
   std::vector<Expired> expire(Time now);
   /// Returns the earliest deadline of all holders; `never` if there is no holder. A worker whose
   /// result has arrived is not a holder.
@@ -136,14 +139,13 @@ class LeaseTable {
   [[nodiscard]] std::uint64_t pending_cells() const { return pending_cells_; }
   /// Returns the range of a lease. Nothing: the lease has ended, or has never existed.
   [[nodiscard]] std::optional<CellRange> range_of(Epoch epoch) const;
-  /// Returns the number of leases that a worker holds.
+  /// Returns the number of leases of this table that a worker holds.
   [[nodiscard]] std::size_t held_by(WorkerId worker) const;
   [[nodiscard]] std::size_t leased() const { return leased_.size(); }
   [[nodiscard]] Epoch next_epoch() const { return next_epoch_; }
 
-  /// See take_orphans().
-  static constexpr int most_losses = 3;
-  /// Of a lease: the worker that got it first, and one copy.
+  static constexpr int most_losses = 3;  ///< see take_orphans()
+  /// Most workers that hold one lease: the worker that got it first, and one with a copy.
   static constexpr std::size_t most_holders = 2;
 
  private:

@@ -18,8 +18,9 @@ struct RankVoice {
   std::uint32_t machine = 0;  ///< ranks with the same number are one machine
 };
 
-/// Returns the identities of ranks on these hosts, by rank. The ranks of a host are one machine,
-/// except on the host of rank 0: because rank 0 decides disputes, each rank there is a machine.
+/// Returns the identity of each rank. `hosts`: the host name of each rank, from rank 0 on. All
+/// ranks of a host are one machine. But on the host of rank 0 each rank is a machine of its own, so
+/// that a fault of another rank there does not exclude rank 0, which decides disputes.
 std::vector<RankVoice> rank_voices(const std::vector<std::string>& hosts);
 
 /// Decides which rank is faulty if two ranks return different bits for the same samples. Rank 0
@@ -34,9 +35,10 @@ class RankJudge {
   struct Verdict {
     /// The faulty rank; none: it was part of an earlier mpirun.
     std::optional<std::uint32_t> rank;
-    std::vector<std::uint32_t> left_out;  ///< the ranks that are excluded now: all of its machine
-    std::uint64_t cells = 0;              ///< cells that are traced again; 0 after a restart
-    bool restarted = false;               ///< the picture began again from its first pass
+    std::vector<std::uint32_t>
+        left_out;             ///< excluded from now on: all ranks of its machine
+    std::uint64_t cells = 0;  ///< cells that are traced again; 0 after a restart
+    bool restarted = false;   ///< the picture began again from its first pass
   };
   struct Hooks {
     /// Traces a cell in rank 0. Null: no disputes are decided, the first bits stay, and admit()

@@ -50,7 +50,7 @@ class ResultCollector {
   /// `digests`: from digests_of(), one per cell of the range. Ignores cells that are not
   /// merged. Merges nothing.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
-  /// Notes that `tracer` also traced the range. Those of its merged cells that another tracer
+  /// Notes that `tracer` also traced the range. The merged cells of the range that another tracer
   /// traced then count as checked. Compares no bits: the caller has done that. Ignores cells that
   /// are not merged.
   void note_check(TracerKey tracer, const CellRange& range);
@@ -89,8 +89,8 @@ class ResultCollector {
   /// Clears all pixels of which `tracer` has traced a merged cell, and forgets its checks. (Sums of
   /// single cells are not kept, so all cells of such a pixel must be traced again.)
   Retraction retract(TracerKey tracer);
-  /// Clears the pixels of the merged cells among these. Returns the cells whose results this call
-  /// has removed.
+  /// Clears all pixels that have a merged cell in `ranges`. Returns the cells whose results this
+  /// call has removed.
   std::vector<CellRange> retract(const std::vector<CellRange>& ranges);
   /// Returns whether `tracer` traced a merged cell.
   [[nodiscard]] bool has_cells_of(TracerKey tracer) const;

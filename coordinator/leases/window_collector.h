@@ -76,8 +76,8 @@ class WindowCollector {
   /// over all missing cells, the next round begins after twice the duration of this one, at least
   /// 50 ms.
   void issue_copies(Time now);
-  /// Ends the pass for ranks that find no work left. If overtaken(), also stops tracing ranks, at
-  /// their next heartbeat.
+  /// Ends the pass for ranks that find no work left. If overtaken(), also stops the ranks that are
+  /// still tracing, at their next heartbeat.
   void finish();
 
   /// Reads the heartbeats of all ranks and increments that of rank 0.
@@ -86,8 +86,8 @@ class WindowCollector {
   [[nodiscard]] std::vector<std::uint32_t> silent_ranks(Time now, Time patience) const;
   /// Returns when the last result was merged or the last heartbeat changed.
   [[nodiscard]] Time last_sign_of_life() const { return last_life_; }
-  /// Returns a number that changes when a result is merged, when a rank finds no work left, and
-  /// when a rank takes work from rank 0's memory.
+  /// Returns a number that changes when a result is merged, a rank finds no work left, or a rank
+  /// takes work from the memory of rank 0.
   [[nodiscard]] std::uint64_t activity() const;
   /// Returns a word of the window that belongs to a rank.
   [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {

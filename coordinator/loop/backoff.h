@@ -10,21 +10,22 @@
 namespace parray::coordinator {
 
 /// Decides how long a worker gets no leases after it failed where another worker succeeded: 1
-/// minute, then 2, 4 ... up to 64. A success resets the series.
+/// minute, then 2, 4 ... up to 64. After a success the next delay is 1 minute again.
 ///
 /// Machine and name identify a worker. If no worker of a machine succeeds, the delay applies to the
-/// whole machine, so that a new name does not help. Not thread-safe. Reads no clock.
+/// whole machine. Then a worker cannot avoid it by a new name. Not thread-safe. Reads no clock.
 class Backoff {
  public:
-  /// Records that the worker failed at a job that other workers traced a part of. `whole`: no
-  /// worker of its machine has traced any part of it. Does nothing while a delay is running.
+  /// Records that the worker failed at a job that other workers traced a part of. `whole`: the
+  /// delay applies to the whole machine, because no worker of it has traced any part of the job.
+  /// Does nothing while a delay is running.
   void note_failure(Time now, const MachineId& machine, const std::string& name, bool whole);
   /// Records that the worker traced a lease. Returns whether this ended or reset a delay.
   bool note_success(const MachineId& machine, const std::string& name) {
     return !entries_.empty() && forgive(machine, name);
   }
-  /// Ends the delays of the worker and of its machine and resets their series. Returns whether
-  /// there was any.
+  /// Ends the delays of the worker and of its machine. Their next delays are 1 minute again.
+  /// Returns whether there was any delay, running or past, since the last success.
   bool forgive(const MachineId& machine, const std::string& name);
 
   /// Returns when the worker may get leases again. A time that is not after `now`: it may now.

@@ -40,8 +40,8 @@ struct Tally {
   std::uint64_t done = 0;       ///< jobs that ended as done; the next two also count jobs
   std::uint64_t failed_jobs = 0;
   std::uint64_t cancelled = 0;
-  double queue_seconds = 0;  ///< that jobs waited until their first lease
-  std::uint64_t begun = 0;   ///< number of these jobs
+  double queue_seconds = 0;  ///< sum of the times that jobs waited from queueing to a lease
+  std::uint64_t begun = 0;   ///< number of the times in queue_seconds
 };
 
 /// The state that the parts of a coordinator share: jobs, workers, time and outgoing messages.
@@ -85,7 +85,8 @@ struct Farm {
   Job* job_at_work(JobId id, std::uint64_t generation);
   /// Adds a line to the history of a job.
   void note(Job& job, const std::string& what) { job.record.note(options.wall_clock(), what); }
-  /// Gives the record of a job to the job thread, which stores it. Ignores a job that is finishing.
+  /// Gives the record of a job to the job thread, which stores it. Does nothing for a job that is
+  /// finishing: the store has its last record already.
   void keep(const Job& job);
   /// Calls `then` in the loop when the store has committed all that was given to the job thread.
   /// Without a store, calls it at once.
@@ -122,7 +123,7 @@ struct Farm {
   double price = 1e-7;              ///< thread-seconds per sample of the latest results
   std::string storage;              ///< why the store cannot commit; empty: it can
   Time queue_again_at{};            ///< when the queue must be built again
-  std::uint64_t queue_changes = 0;  ///< jobs were added, ended or changed so many times
+  std::uint64_t queue_changes = 0;  ///< how many times jobs were added, ended or changed
   Time grant_again_at = never;      ///< when a worker that was denied leases may get some
   bool grants_due = true;           ///< something changed since the last round of grants
 };

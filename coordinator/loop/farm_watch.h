@@ -33,13 +33,14 @@ inline constexpr std::array<std::string_view, 11> farm_event_names = {
     "started", "joined",  "left",     "lost",       "quarantined",  "readmitted",
     "drained", "backoff", "job_done", "job_failed", "job_cancelled"};
 
+/// An event of the coordinator, a worker or a job.
 struct FarmEvent {
   Time at{};
   FarmEventKind kind = FarmEventKind::started;
   std::string worker{};    ///< empty: it concerns no worker
   JobId job = 0;           ///< 0: it concerns no job
   std::string text{};      ///< for people
-  std::size_t frames = 0;  ///< frames of the series `job` that it stands for; 0: it is no series
+  std::size_t frames = 0;  ///< number of frames that ended, if `job` is a series; otherwise 0
 };
 
 /// A worker that is no longer connected.
@@ -54,14 +55,14 @@ struct LeftWorker {
 
 /// The time that the farm has spent on the jobs of one user.
 struct UserAccount {
-  double share = 1;
+  double share = 1;           ///< part of the farm's time, relative to other users' shares
   double thread_seconds = 0;  ///< of accepted results, also those of earlier processes
-  double queue_seconds = 0;   ///< that jobs waited until their first lease
-  std::uint64_t begun = 0;    ///< number of these jobs
+  double queue_seconds = 0;   ///< sum of the times that jobs waited from queueing to a lease
+  std::uint64_t begun = 0;    ///< number of the times in queue_seconds
 };
 
 /// Remembers what an operator of the farm wants to know: the last events, workers that left, the
-/// last hour, and what each user has had. Every list has a limit. Not thread-safe.
+/// last hour, and the thread-seconds of each user. Every list has a limit. Not thread-safe.
 class FarmWatch {
  public:
   static constexpr std::size_t most_events = 200;
@@ -72,7 +73,7 @@ class FarmWatch {
   void note(FarmEvent event);
   /// Remembers a worker that left, until note_joined() or forget_old() drops it.
   void note_left(LeftWorker worker);
-  /// Forgets that workers of this name left: one is here again.
+  /// Forgets that workers of this name left, because a worker of this name has joined.
   void note_joined(const std::string& name);
   /// The events, newest first.
   [[nodiscard]] const std::deque<FarmEvent>& events() const { return events_; }
@@ -81,8 +82,8 @@ class FarmWatch {
   /// Drops workers that left more than an hour ago.
   void forget_old(Time now);
 
-  /// Returns the account of a user. Creates it if necessary; if there are too many accounts, drops
-  /// the one with the least time.
+  /// Returns the account of a user. Creates it if necessary; if there are most_users already, drops
+  /// the one with the fewest thread-seconds.
   UserAccount& account(const std::string& user);
   [[nodiscard]] const std::map<std::string, UserAccount>& accounts() const { return accounts_; }
   /// Returns the thread-seconds by user as JSON text, for the store.
@@ -94,7 +95,7 @@ class FarmWatch {
   struct Gauges {
     std::uint32_t busy_threads = 0;  ///< of workers that hold leases
     std::uint32_t threads = 0;       ///< of workers that may trace
-    std::uint32_t queued = 0;        ///< jobs that wait for their first lease
+    std::uint32_t queued = 0;        ///< jobs in the state `queued`
   };
   /// Returns whether an interval of the history has ended and note_gauges() is due.
   [[nodiscard]] bool gauges_due(Time now) const { return RateHistory::number_of(now) > number_; }

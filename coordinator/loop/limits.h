@@ -13,18 +13,18 @@ namespace parray::coordinator {
 
 /// Limits of a coordinator and of each user. Frames of one series count as one job.
 struct Limits {
-  std::size_t jobs = 1000;                         ///< kept jobs; the oldest ended one makes room
-  std::size_t user_jobs = 200;                     ///< unfinished jobs of one user
-  std::size_t pixels = limits::max_pixels;         ///< pixels of one picture
-  std::size_t user_pixels = std::size_t{1} << 30;  ///< pixels of one user's unfinished jobs
-  std::uint64_t disk = std::uint64_t{100} << 30;   ///< bytes of the store
+  std::size_t jobs = 1000;  ///< jobs, ended ones included; a new job displaces the oldest ended one
+  std::size_t user_jobs = 200;                        ///< unfinished jobs of one user
+  std::size_t pixels = limits::max_pixels;            ///< pixels of one picture
+  std::size_t user_pixels = std::size_t{1} << 30;     ///< pixels of one user's unfinished jobs
+  std::uint64_t disk = std::uint64_t{100} << 30;      ///< bytes of the store
   std::uint64_t user_disk = std::uint64_t{50} << 30;  ///< bytes of one user's jobs in the store
   double keep_lost_seconds = 30.0 * 24 * 3600;  ///< uptime after which a file in lost/ is deleted
   double keep_seconds = 90.0 * 24 * 3600;       ///< uptime for which a job is kept after its end
   std::size_t requests = 1000;  ///< messages per second from a peer that is not a worker
 };
 
-/// There is no room now, but there may be room later.
+/// Error: there is no room for a job now, but there may be room later.
 class NoRoom : public InputError {
  public:
   using InputError::InputError;

@@ -24,14 +24,16 @@ class WorkerDesk {
   void on(Time now, const PeerId& peer, msg::NeedChunk& m);
   void on(Time now, const PeerId& peer, msg::Bye& m);
 
-  /// Notes that a worker sent a message. If the sender is unknown, returns null and, unless the
-  /// workers were sent away, asks the sender to identify itself.
+  /// Notes that a worker sent a message, and returns the worker. If the sender is unknown, returns
+  /// null and asks the sender to identify itself; after note_storage() has sent the workers away,
+  /// it does not ask.
   WorkerRecord* heard_from(Time now, const PeerId& peer);
-  /// Removes a worker and gives its leases to others. `failed`: it left without `bye`, and the
-  /// lease that it was tracing may be the cause.
+  /// Removes a worker and makes the cells of its leases available to other workers. `failed`: the
+  /// worker left without `bye`, and the lease that it was tracing may be the cause.
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
-  /// Holds all jobs while the store cannot commit, and sends the workers away after
-  /// CoordinatorOptions::release_after. Tries again to finish jobs that a full disk has delayed.
+  /// Stops the granting of leases while the store cannot commit, and sends `bye` to the workers
+  /// after CoordinatorOptions::release_after. Tries again to finish jobs that a full disk has
+  /// delayed. Call it in every turn of the loop.
   void note_storage(Time now);
   /// Drops the bytes that were kept to send a scene, if no job at work needs it.
   void forget_scene(const std::string& scene);

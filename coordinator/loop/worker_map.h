@@ -6,7 +6,7 @@
 
 namespace parray::coordinator {
 
-/// Returns the worker map of PROTOCOL.md.
+/// Returns the worker map of PROTOCOL.md: what clients see of one worker.
 nlohmann::json worker_summary(const Farm& farm, const WorkerRecord& worker, Time now);
 
 /// Returns the worker map with `history` and `recent_failures`.

@@ -86,7 +86,7 @@ struct WorkerRecord {
 /// The connected workers. Not thread-safe.
 class WorkerRegistry {
  public:
-  /// Finds a worker. Null: it is not connected.
+  /// Find a worker. Null: it is not connected.
   WorkerRecord* at(const PeerId& peer);
   WorkerRecord* by_id(WorkerId id);
   /// Finds the worker of this name that joined last. Null: none is connected.
@@ -108,8 +108,9 @@ class WorkerRegistry {
   /// Returns the connected workers of one machine.
   std::vector<WorkerRecord*> of_machine(TracerKey machine);
 
-  /// Updates a worker's speed after a result of `samples` that took `took` seconds: at once if it
-  /// is slower than before, otherwise by the mean of both.
+  /// Updates WorkerRecord::samples_per_second after a result of `samples` that took `took` seconds.
+  /// The new value is the speed of this result, or, if the result was faster than the old value,
+  /// the mean of both.
   void measure(WorkerRecord& worker, std::uint64_t samples, double took);
   /// Stops granting leases to a worker: `why` is the reason of a quarantine. Grants leases again if
   /// `why` is empty and `drained` is false.
