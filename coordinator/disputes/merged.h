@@ -19,8 +19,8 @@ struct Merged {
   TracerKey tracer = 0;              ///< key of the worker's process, for the journal
   TracerKey machine = 0;             ///< machine_key() of the worker's machine
   bool ours = false;                 ///< see Sender::ours
-  std::uint64_t process_leases = 0;  ///< leases accepted from its process before
-  std::string name;
+  std::uint64_t process_leases = 0;  ///< leases accepted from its process before this one
+  std::string name;                  ///< of the worker
   Epoch epoch = 0;
   LeaseTable::Arrived arrived;
   enum class Kind : std::uint8_t {

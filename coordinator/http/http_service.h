@@ -18,8 +18,8 @@ struct Options {
   std::string worker_address;  ///< where workers connect: tcp://HOST:PORT
   std::string keys;   ///< directory of the farm's keys; empty: no keys, and requests need no token
   std::string state;  ///< directory of the state; empty: nothing outlives the process
-  std::string webhooks;            ///< the pending ones that an earlier process stored
-  Webhooks::Keep keep_webhooks;    ///< stores the pending ones; empty: nothing outlives the process
+  std::string webhooks;            ///< text of the pending webhooks that an earlier process stored
+  Webhooks::Keep keep_webhooks;    ///< stores that text; empty: webhooks end with the process
   std::vector<std::string> hosts;  ///< accepted host names besides localhost and IP addresses
   std::vector<std::string> webhook_hosts;  ///< hosts that webhooks may address
   /// Limit of requests that are answered at the same time. Event streams, waits for jobs and large

@@ -128,7 +128,7 @@ void add_queue(Text& text, const json& farm) {
   text.by("state", "parray_jobs_ended_total", "counter", "Jobs that ended, by state",
           since_start.at("jobs_ended"));
   text.single("parray_workers_lost_total", "counter",
-              "Workers that disappeared without goodbye: crashed, killed, unreachable or restarted",
+              "Workers that did not report their end: crashed, killed, unreachable or restarted",
               since_start.at("workers_lost").get<double>());
 }
 
@@ -161,7 +161,8 @@ std::string metrics_text(const json& farm) {
               number("threads"));
   text.single("parray_leases", "gauge", "Leases that workers hold", number("leases"));
   text.single("parray_samples_per_second", "gauge",
-              "Measured speed of all workers that hold leases", number("samples_per_second"));
+              "Sum of the measured speeds of the workers that hold leases",
+              number("samples_per_second"));
   text.single("parray_work_left_thread_seconds", "gauge",
               "Estimated seconds that one thread needs for all unfinished jobs: divide by "
               "parray_worker_threads for the time left, or scale the number of workers by it",

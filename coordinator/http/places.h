@@ -18,8 +18,10 @@ struct PlaceLimits {
   std::size_t one_inside = 8;  ///< entries of one owner
 };
 
-/// Limits how many tasks run at the same time. The next free place goes to the owner that has the
-/// fewest places and, among these, waited longest for a turn. Callable from any thread.
+/// Limits how many tasks run at the same time: each task needs one of a fixed number of places. The
+/// next free place goes to the owner that has the fewest places and, among owners with equally
+/// many, had its last turn longest ago. An owner is the name of a user or an address (owner_of()).
+/// Callable from any thread.
 class Places {
  public:
   /// `what`: plural of what the tasks make, for messages: "pictures".

@@ -24,18 +24,20 @@ struct SeatLimits {
   Time reserve_time = seconds(2);  ///< in the reserve, replaces head_time and idle_time
 };
 
-/// Tracks all connections and decides which one to close when a limit is reached. Connections
-/// whose request is not being answered make room for new ones: first those whose last answer was
-/// sent, then those that have waited longest for a request or for the rest of one. Not thread-safe.
-/// Does no I/O. An address is an owner_of_address().
+/// Tracks all connections and decides which one to close when a limit is reached. A seat is the
+/// place that one connection takes. Connections whose request is not being answered make room for
+/// new ones: first those whose last answer was sent, then those that have waited longest for a
+/// request or for the rest of one. Not thread-safe. Does no I/O. An address is an
+/// owner_of_address().
 class Seats {
  public:
   explicit Seats(SeatLimits limits) : limits_(limits) {}
 
   /// The outcome of enter().
   struct Admission {
-    bool reserve = false;  ///< in the reserve: no regular seat is free
-    /// A connection to close, which has left already. If it is the new one, that was not added.
+    bool reserve = false;  ///< the new connection is in the reserve, as all regular ones are used
+    /// A connection that the caller must close; this object has removed it already. If it is the
+    /// new connection, there was no room for it.
     std::optional<ConnectionId> displaced;
   };
   /// Adds a new connection. Its first request is awaited.

@@ -13,8 +13,8 @@
 namespace parray::http {
 
 /// A queue of items with owner names. The next item belongs to the name that has the fewest items
-/// in progress and, among these, whose last turn is longest ago. A name without
-/// items counts as new afterwards, and precedes names that had a turn. Not thread-safe.
+/// in progress and, among names with equally many, had its last turn longest ago. A name that has
+/// no items left is forgotten: when it returns, it precedes names that had a turn. Not thread-safe.
 template <typename Item>
 class Turns {
  public:

@@ -38,7 +38,7 @@ void JobBook::steer(Job& job, const msg::SteerJob& m) {
 /// Workers finish the leases that they hold. `named`: the number that the client used.
 void JobBook::pause(Job& job, JobId named) {
   if (job.ended() || job.phase == JobPhase::finishing) {
-    throw misfit(job, "only unfinished jobs can be paused");
+    throw misfit(job, "only queued and running jobs can be paused");
   }
   if (job.record.state == JobState::paused) return;
   job.record.state = JobState::paused;

@@ -18,7 +18,7 @@ struct PictureFile {
 /// Throws RunError if the store cannot be read at all.
 PictureFile read_picture_file(Store& store, JobId job);
 
-/// Returns the new JobRecord::flag (a text about damage) of a job whose picture was read. `flag`:
+/// Returns the new JobRecord::flag (a text about faults) of a job whose picture was read. `flag`:
 /// the present one. If the file is or was damaged, a new note on this replaces the older note on
 /// the file. If the file is undamaged, the older note disappears. But a note that the file was
 /// restored stays, because the disk may be defective. A missing file changes nothing.

@@ -49,8 +49,8 @@ std::string lacking_worker(const WorkerRegistry& workers) {
                                    "readmit NAME, or a drained host with parray workers readmit "
                                    "HOST --host)"
          : held_back
-             ? "a worker (all failed at leases that others traced, or are drained or in "
-               "quarantine: see parray workers)"
+             ? "a worker (none gets leases now: each has failed at a lease that another traced, or "
+               "is drained or in quarantine: see parray workers)"
              : "a worker (all are drained or in quarantine: see parray workers, then readmit one)";
 }
 
@@ -96,7 +96,7 @@ JobBook::Wait JobBook::general_wait(const Job& job) {
     const auto largest = std::ranges::max_element(
         farm_.at_work, {}, [this](JobId id) { return memory_of(farm_.jobs.at(id)); });
     if (largest == farm_.at_work.end()) {
-      return {"memory that pictures and scenes on their way use"};
+      return {"memory (pictures and scenes that are being sent use it now)"};
     }
     const JobId holder = farm_.jobs.at(*largest).record.listed_as();
     return {fmt::format("memory that job {} uses", holder), holder};

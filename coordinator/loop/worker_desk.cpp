@@ -170,7 +170,7 @@ void WorkerDesk::release_workers(Time now) {
   released_ = true;
   std::vector<PeerId> peers;
   for (const auto& [peer, worker] : farm_.workers) peers.push_back(peer);
-  farm_.log->warn("the store could not commit for {} s: sending {} workers to another coordinator",
+  farm_.log->warn("the store could not commit for {} s: told {} workers to try another coordinator",
                   to_seconds(farm_.options.release_after), peers.size());
   for (const PeerId& peer : peers) {
     farm_.send(peer, msg::Bye{"this coordinator cannot store results now"});

@@ -29,7 +29,8 @@ enum class ChangeKind : std::uint8_t {
   keep_rows,  ///< data: the number of entries (8 bytes)
 };
 
-/// Collects changes in the order of the calls. Each member encodes the Store call of its name.
+/// Collects changes in the order of the calls. Each member encodes the call of the Store member
+/// with the same name.
 class Changes {
  public:
   void put_job(const JobRecord& job);
@@ -56,9 +57,9 @@ class Changes {
   std::size_t size_ = 0;  ///< bytes_.size(), which GCC 12 warns about after a move
 };
 
-/// Applies the first change to the store and returns its size in bytes. Throws DecodeError if the
-/// bytes contain no valid change, RunError if its record is damaged, and what the store throws. The
-/// store is unchanged then.
+/// Applies the first change of `changes` to the store and returns the size of the change in bytes.
+/// Throws DecodeError if `changes` does not begin with a valid change, RunError if the record of a
+/// job is damaged, and what the store throws. In these cases the store is unchanged.
 std::size_t apply_first(std::string_view changes, Store& store);
 
 }  // namespace parray::replica

@@ -21,9 +21,9 @@ class Replica {
   /// the store has jobs and was never replicated.
   explicit Replica(Store& store, bool overwrite = false);
 
-  /// Returns the reply; empty: the message was damaged, send nothing. A StorageFull of the store
-  /// becomes a reply. Throws the other errors of the store, and RunError if the primary has sent
-  /// changes that cannot be read.
+  /// Returns the reply to a message of the primary; empty: the message was damaged, send nothing. A
+  /// StorageFull of the store becomes a reply. Throws all other errors of the store, and RunError
+  /// if the primary has sent changes that cannot be read.
   std::string answer(std::string_view message);
 
   /// Whether this process has compared the store with its primary, and the store has all batches

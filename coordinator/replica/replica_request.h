@@ -14,7 +14,7 @@ namespace parray::replica {
 
 enum class ReplicaRequestKind : std::uint8_t {
   ping = 1,       ///< the primary is alive
-  begin_session,  ///< `hello`: asks whether the standby is at the primary's position
+  begin_session,  ///< `hello` in PROTOCOL.md: asks whether the standby has the primary's position
   copy,           ///< tells the standby to delete everything, because a full copy follows
   piece,          ///< carries bytes of the next batch, starting at an offset
   commit,         ///< tells the standby to commit the complete batch
@@ -33,15 +33,16 @@ struct ReplicaRequest {
   std::string_view bytes{};    ///< begin_session: generations; piece: data; picture: job in digits
 };
 
+/// Names in backticks: those of PROTOCOL.md, where they differ.
 enum class ReplicaReplyKind : std::uint8_t {
-  done = 1,         ///< `well`
+  done = 1,         ///< `well`: the request succeeded
   unknown_session,  ///< `who`: the primary must begin a new session
   in_step,          ///< the standby is at the primary's position
   behind,           ///< the standby is at another position and needs a full copy
-  received,         ///< `have`: `value` bytes of the next batch have arrived
+  received,         ///< `have`: the standby has ReplicaReply::value bytes of the next batch
   committed,        ///< the standby has committed the batch
   full,             ///< the standby cannot commit the batch now; the text gives the reason
-  fenced,           ///< a later generation, `value`, serves
+  fenced,           ///< another coordinator serves, whose generation is ReplicaReply::value
   refused,          ///< the standby does not accept this primary; the text gives the reason
   picture,          ///< the text holds bytes of the picture from the requested offset on
   no_picture,       ///< `nothing`: the standby has no undamaged picture of the job

@@ -22,8 +22,9 @@ class ReplicaThread final : public ReplicaConnection {
   ~ReplicaThread() override;
   ReplicaThread& operator=(ReplicaThread&&) = delete;
 
-  /// Waits 3 s plus 1 s per 10 MB. If the standby did not answer the previous call, waits 0.3 s
-  /// plus 1 s per 10 MB, so that the caller can do other work. Throws what the link has thrown.
+  /// Waits for the reply at most 3 s plus 1 s per 10 MB of the request. If the standby did not
+  /// answer the previous call, 0.3 s replace the 3 s, so that the caller can do other work. Throws
+  /// what the link has thrown.
   std::optional<ReplicaReply> call(ReplicaRequest request) override;
   [[nodiscard]] bool session_lost() const override;
   [[nodiscard]] const std::string& address() const override { return address_; }

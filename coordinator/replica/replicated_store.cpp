@@ -250,7 +250,7 @@ ReplicaReply ReplicatedStore::call(ReplicaRequest request) {
 
 void ReplicatedStore::throw_unavailable(const std::string& what) const {
   throw StorageFull("the standby at " + connection_.address() + " " + what +
-                    ": the primary acknowledges nothing until the standby has committed it");
+                    ": jobs wait until the standby stores the primary's changes again");
 }
 
 }  // namespace parray::replica

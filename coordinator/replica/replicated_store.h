@@ -30,13 +30,14 @@ class ReplicaConnection {
   [[nodiscard]] virtual const std::string& address() const = 0;
 };
 
-/// A store whose content a standby has, too. commit() sends the changes to the standby first and
-/// returns when both have committed. A standby at another position gets a full copy, in pieces.
+/// The store of a primary, whose content a standby has, too. commit() sends the changes to the
+/// standby first, and returns when the standby and `inner` have committed them. A standby at
+/// another position (replication_state.h) gets a full copy, in pieces.
 ///
 /// commit() throws StorageFull while the standby does not answer or has no room. It keeps all
-/// changes: call it again. It throws RunError once the standby serves in its place or refuses
-/// this primary: this store can commit nothing any more. Call commit() regularly, even without
-/// changes, because it gives a returning standby its full copy.
+/// changes: call it again. It throws RunError when the standby serves in place of this primary, or
+/// refuses this primary: this store can commit nothing any more. Call commit() regularly, even
+/// without changes, because it gives a returning standby its full copy.
 class ReplicatedStore final : public Store {
  public:
   /// `inner` and `connection` must outlive this object. `random` must never return a number twice.
@@ -94,8 +95,8 @@ class ReplicatedStore final : public Store {
   std::function<std::uint64_t()> random_;
   ReplicationState replication_{};
   bool standby_is_ahead_ = false;  ///< the standby has committed a batch that `inner_` has not
-  Position position_{};            ///< the latest that the standby has committed
-  Position marked_position_{};     ///< the latest that was put into `inner_`
+  Position position_{};            ///< the latest position that the standby has committed
+  Position marked_position_{};     ///< the latest position that was put into `inner_`
   std::uint64_t session_ = 0;      ///< 0: none
   Changes pending_;                ///< changes after `batch_`
   std::string batch_;              ///< the batch being sent; the standby may have it

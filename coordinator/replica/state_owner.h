@@ -14,7 +14,7 @@ namespace parray::replica {
 
 /// The options of a coordinator's command line about its state.
 struct StateOptions {
-  std::string state;          ///< directory; empty: state in memory only, others do not count
+  std::string state;          ///< directory; empty: state in memory only, other members are ignored
   bool wait = false;          ///< waits for the end of another coordinator that uses the directory
   std::string standby;        ///< address at which this standby listens; empty: not a standby
   Time takeover_after{};      ///< silence of the primary before a standby takes over

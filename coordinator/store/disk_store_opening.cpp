@@ -33,8 +33,8 @@ void check_ends_of_rows(const StateFiles& files, const Records& records, Compari
     if (!row.rows) continue;
     const fs::path file = files.rows(id, row.rows->number);
     if (size_of(file).value_or(0) > row.rows->bytes && !ends_an_entry(file, row.rows->bytes)) {
-      comparison.severe.push_back("the database names a wrong end of jobs/" + std::to_string(id) +
-                                  "/" + file.filename().string());
+      comparison.severe.push_back("the length in the database of jobs/" + std::to_string(id) + "/" +
+                                  file.filename().string() + " ends within an entry of this file");
     }
   }
 }

@@ -36,7 +36,7 @@ struct FoundFiles {
   std::optional<NotesFile> notes_next{};
   bool has_commits = false;
   std::optional<std::uint64_t> commits{};  ///< content of `commits`; nothing: missing or damaged
-  bool incomplete = false;  ///< the state is a backup that was not finished: it has a mark
+  bool incomplete = false;  ///< the file `incomplete` exists: this backup was not finished
 
   /// Returns whether the directory has no trace of a commit.
   [[nodiscard]] bool empty() const { return jobs.empty() && !has_commits && !notes; }

@@ -31,10 +31,11 @@ std::vector<std::string> repair_state(const std::filesystem::path& directory, do
 
 /// Copies a state to a directory that is empty or does not exist. A coordinator may be serving the
 /// state. The copy contains every job that was acknowledged before the call. Returns one line for
-/// each missing or damaged file. The copy lacks it, or its damaged rest. Throws InputError if the
-/// target is not empty or lies in the state, if the source is no state or a standby during a full
-/// copy, or if copying fails. Removes the copy after a failure. If the process is
-/// killed, the copy contains the file `incomplete`. `now`: seconds since 1970.
+/// each missing or damaged file. The copy lacks these files; of damaged results it has the part
+/// before the damage. Throws InputError if the target is not empty or lies in the state, if the
+/// source is no state or a standby during a full copy, or if copying fails. Removes the copy after
+/// a failure. If the process is killed, the copy contains the file `incomplete`. `now`: seconds
+/// since 1970, for the events of jobs that change.
 std::vector<std::string> back_up_state(const std::filesystem::path& directory,
                                        const std::filesystem::path& target, double now);
 

@@ -77,8 +77,8 @@ class Store {
   /// Stores all changes durably and frees the room of dropped data before it returns.
   virtual void commit() = 0;
 
-  /// Bytes of scenes, results and pictures on the disk. A scene counts once in `total`, and for
-  /// each job that uses it. `total` includes files in lost/.
+  /// Bytes of scenes, results and pictures on the disk. A scene of several jobs counts once in
+  /// `total`, and fully for each of these jobs in `jobs`. `total` includes files in lost/.
   struct Usage {
     std::uint64_t total = 0;
     std::map<JobId, std::uint64_t> jobs{};

@@ -114,7 +114,8 @@ std::vector<FileDamage> verify_files(const StateFiles& files, const Records& rec
                               std::to_string(row.rows->bytes) + " bytes are sound"});
       } else if (!ends_an_entry(file, row.rows->bytes)) {
         damage.push_back({id, FileDamage::Kind::rows,
-                          "the database names a wrong end of " + relative(files, file)});
+                          "the length in the database of " + relative(files, file) +
+                              " ends within an entry of this file"});
       }
     }
     if (row.picture) {

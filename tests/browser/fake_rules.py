@@ -26,7 +26,7 @@ def misfit(jobs, job, word, named):
     number, state = job["id"], job["state"]
     wrong = f"job {number} is {state}: only "
     if word == "pause" and (not unfinished(job) or state == "finishing"):
-        return wrong + "unfinished jobs can be paused"
+        return wrong + "queued and running jobs can be paused"
     if word == "resume" and held_back(job):
         return f"job {number} continues by itself: no client has paused it; it waits: {job['reason']}"
     if word == "resume" and state != "paused":

@@ -96,7 +96,7 @@ function command(text) {
       notify('Copied the command');
     } catch {  // browsers permit this only on a page from this machine or with TLS
       getSelection().selectAllChildren(code);
-      notify('The browser does not permit to copy: the command is selected, press Ctrl+C');
+      notify('The browser does not permit copying. The command is selected: press Ctrl+C');
     }
   };
   return el('div', {class: 'command'}, el('pre', {}, code), button('Copy', copy, {'aria-label': 'Copy: ' + text}));

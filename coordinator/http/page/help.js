@@ -10,13 +10,13 @@ const otherKeys = [['/', 'in a list: search'], ['↑ ↓ Page Home End', 'in a l
   ['m', 'in a picture: show the next map (error, cost, workers)'],
   ['Space ← →', 'in a series: play or stop; show the previous or the next frame'], [', .', 'in a frame: open the previous or the next frame']];
 const glossary = [
-  ['error (RMSE)', 'Estimated root mean square error of the picture in linear values. The job of a target error ends when the upper end of its 95 % interval is below the target.'],
+  ['error (RMSE)', 'Estimated root mean square error of the picture in linear values. A job with a target error ends when the upper end of the error\u2019s 95 % interval is below the target.'],
   ['half-width', 'Half the width of a pixel\u2019s 95 % confidence interval. “99 % within 0.02” means that 99 % of the pixel values, each channel counted, have a smaller half-width.'],
   ['spp', 'Samples per pixel. More samples make a smaller error: four times as many halve it.'],
   ['lease', 'A part of a picture that a worker traces. When the worker is lost, another worker gets the lease.'],
   ['drain', 'A drained worker finishes its leases and gets no more. “Resume” ends this.'],
-  ['quarantine', 'A machine with wrong results gets no more leases, until “Resume” or, if only its address identifies it, for a day.'],
-  ['requeue', 'A failed or cancelled job begins again with the samples that are kept.'],
+  ['quarantine', 'A machine that returned wrong results gets no more leases. “Resume” ends this. If the machine has no key of its own, it also ends by itself after a day.'],
+  ['requeue', 'A failed or cancelled job returns to the queue and continues from its samples.'],
   ['quick look', 'A small, fast picture of a job that is shown until the job has its own samples.'],
   ['series', 'An animation: one job for each frame, controlled together.']];
 

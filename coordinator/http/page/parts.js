@@ -45,7 +45,7 @@ async function copy(text) {
     copied = document.execCommand('copy');
     field.remove();
   }
-  notify(copied ? 'Copied' : 'The browser does not permit to copy: select the text and press Ctrl+C');
+  notify(copied ? 'Copied' : 'The browser does not permit copying: select the text and press Ctrl+C');
 }
 
 /** Creates a line of text in the shape of a command, with a button that copies it. */

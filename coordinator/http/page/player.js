@@ -124,7 +124,7 @@ export class Player {
   /** Plays the frames that have a picture, again and again. */
   async #run() {
     if (this.#entries.filter(entry => entry.has_picture).length < 2) {
-      notify('The series has fewer than two pictures yet.');
+      notify('The series does not have two pictures yet.');
       return;
     }
     const mine = this.#playing = ++this.#runs;

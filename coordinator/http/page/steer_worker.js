@@ -49,7 +49,7 @@ async function steer(farm, worker, word) {
   const still = workers?.some(({state}) => ['draining', 'drained'].includes(state));
   if (word !== 'resume' || host.checked || !still) return;
   const all = await confirm(`Resume all workers of host ${worker.host}?`,
-    `The host of ${worker.name} was drained, so the worker alone stays drained.`, 'Cancel', 'Resume host');
+    `The whole host of ${worker.name} was drained, so this worker cannot be resumed alone.`, 'Cancel', 'Resume host');
   if (all) await send(farm, worker, word, true);
 }
 

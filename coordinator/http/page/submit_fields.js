@@ -18,7 +18,7 @@ export const pictureFields = [
 export const furtherFields = [
   number('max_depth', 'Max. ray segments per path', {hint: 'from the scene'}), number('seed', 'Seed', {hint: 'from the scene'}),
   choice('sampler', 'Sampler'), choice('precision', 'Precision'), choice('schedule', 'Schedule'),
-  number('max_failures', 'Machines that may fail', {hint: 'from the farm',
+  number('max_failures', 'Failed machines that end the job', {hint: 'from the farm',
     title: 'The job fails if so many machines that trace other parts of it have failed at the same part. It also fails if all machines have failed there, and they are so many, or each has at least two failures for each of its workers'}),
   {name: 'webhook', text: 'Webhook when finished', type: 'url', hint: 'none'}];
 
