@@ -86,8 +86,8 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   const std::string name = worker_of(machine);
   if (fresh) {
     farm_.log->error(
-        "worker '{}' ({}) returned wrong bits: {}. Its machine gets no more leases, and others "
-        "trace its cells again. Test that machine, then use parray workers readmit",
+        "worker '{}' ({}) returned wrong bits: {}. Its machine gets no more leases, and other "
+        "machines trace its cells again. Test the machine, then run parray workers readmit NAME",
         name, known.name, reason);
     farm_.announce(FarmEventKind::quarantined, name, fmt::format("{}: {}", known.name, reason));
   }

@@ -57,10 +57,10 @@ void Guard::check_origin(const Request& request) const {
     throw Problem(421, "the header Host is missing: send it with the IP address of this server");
   }
   if (!known_host(host)) {
-    throw Problem(421,
-                  "'" + printable(host) +
-                      "' is not this server: use its IP address, or start it with --http-host " +
-                      printable(without_port(host)));
+    throw Problem(421, "'" + printable(host) +
+                           "' is not a name of this server: use its IP address, or start "
+                           "parray-coordinator with --http-host " +
+                           printable(without_port(host)));
   }
   if (!changes_something(request)) return;
   const std::string origin = request.field("origin");

@@ -92,9 +92,9 @@ class ResultCollector {
   /// Clears all pixels that have a merged cell in `ranges`. Returns the cells whose results this
   /// call has removed.
   std::vector<CellRange> retract(const std::vector<CellRange>& ranges);
-  /// Returns whether `tracer` traced a merged cell.
+  /// Returns whether `tracer` traced a cell that is merged now.
   [[nodiscard]] bool has_cells_of(TracerKey tracer) const;
-  /// Returns whether `tracer` traced or checked a merged cell.
+  /// Returns whether `tracer` traced or checked a cell that is merged now.
   [[nodiscard]] bool relies_on(TracerKey tracer) const;
 
   /// Returns all tracers of results and checks, also of retracted ones.

@@ -65,7 +65,7 @@ static bool may_send(Role role, const Message& message) {
 void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
   ++farm_.tally.malformed;
   const std::string why = farm_.sender.role == Role::none
-                              ? "its key is no longer allowed"
+                              ? "the worker's or client's key is no longer allowed"
                               : fmt::format("the key '{}' has the role {}", farm_.sender.name,
                                             name_of(farm_.sender.role));
   farm_.warnings.warn(now, "refused a message: " + why);

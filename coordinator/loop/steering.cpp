@@ -123,9 +123,9 @@ bool ClientRequests::repeat_answer(const PeerId& peer, std::uint64_t request,
     farm_.send(peer, *found->answer);
   } else if (!farm_.storage.empty()) {
     farm_.fail_request(peer, request, 1,
-                       "the change is made, but not stored yet: if the coordinator ends before it "
-                       "can store it, the change is lost (" +
-                           farm_.storage + ")");
+                       "the change is made, but not stored yet (" + farm_.storage +
+                           "): if the coordinator ends before it has stored the change, the change "
+                           "is lost");
   }
   return true;
 }

@@ -48,7 +48,7 @@ class Copier {
         fs::remove_all(onto_.job(id), ignored);
         return;
       }
-      if (missing) lines_.push_back("left out: " + *missing);
+      if (missing) lines_.push_back("left out: " + *missing + ": it is missing, or is not a file");
       onto_.write(onto_.job_json(id), job_file_to_text(id, *job));
       return;
     }

@@ -55,7 +55,7 @@ class Keys(unittest.TestCase):
             # Taken off the list it is gone, with its connection as it is.
             self.assertEqual(run("keygen", self.keys, "--remove", "worker").returncode, 0)
             self.assertEqual(worker.wait(timeout=60), 1)
-            self.assertIn("its key is no longer allowed", worker.log.read_text())
+            self.assertIn("the worker's or client's key is no longer allowed", worker.log.read_text())
 
     def test_lists_that_others_can_write_are_refused_and_not_followed_any_more(self):
         allowed = self.keys / "allowed"
