@@ -39,7 +39,8 @@ class ConnectionManager {
     /// Logs a warning about connections that wait, or were refused or closed. Called by the
     /// manager's thread.
     std::function<void(const std::string&)> warn;
-    /// Called with the status of each answer that the manager itself sends.
+    /// Called with the status of each answer that the manager makes itself: refusals, and replies
+    /// of answer_early.
     std::function<void(int)> answered;
   };
 

@@ -24,8 +24,8 @@ struct ServerLimits {
 };
 
 /// Speaks HTTP/1.1: a connection manager holds the connections, and threads answer requests.
-/// Requests with large bodies have separate threads. So has /readyz, because it waits for the
-/// coordinator's loop.
+/// Requests with large bodies have separate threads. Requests for /readyz, whose answer waits for
+/// the coordinator's loop, have separate threads, too.
 class Server {
  public:
   struct Callbacks {

@@ -125,7 +125,8 @@ struct Job {
   [[nodiscard]] double share_left(Time now) const;
 };
 
-/// Returns the job map of PROTOCOL.md. `waits_for`: what an unfinished job lacks; empty: nothing.
+/// Returns the job map of PROTOCOL.md. `waits_for`: what an unfinished job waits for, as a noun
+/// phrase for people; empty: nothing.
 nlohmann::json job_summary(const Job& job, Time now, const std::string& waits_for);
 
 }  // namespace parray::coordinator

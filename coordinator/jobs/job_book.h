@@ -30,11 +30,13 @@ class JobBook {
   /// Accepts a submitted job, or answers why it is refused.
   void on(Time now, const PeerId& peer, msg::Submit& m);
 
-  /// Lets the job thread allocate a job's memory and read what the store has of it.
+  /// Lets the job thread allocate the memory for a job's picture and read the job's scene and
+  /// results from the store.
   void prepare(Job& job);
   /// If all cells are merged and all checks are done: begins the next pass or finishes the picture.
   void end_pass_if_done(Job& job);
-  /// Lets the job thread make picture and report. The job is done when the store has kept them.
+  /// Lets the job thread make picture and report. The job is done when the store has committed
+  /// them.
   void finish_job(Job& job);
   /// Ends a job as failed.
   void fail_job(Job& job, const std::string& reason);

@@ -12,8 +12,8 @@ namespace parray::coordinator {
 /// A page of the list of jobs.
 struct JobList {
   std::vector<const JobIndex::Frames*> page;  ///< single jobs and series
-  /// Jobs and series on all pages, whatever ListJobs::before says. Not counted (0) with
-  /// JobOrder::newest.
+  /// Number of jobs and series on all pages, also of those that ListJobs::before leaves out. 0 with
+  /// JobOrder::newest, which does not count them.
   std::uint64_t total = 0;
 };
 

@@ -14,8 +14,8 @@ struct JobTimes {
   std::optional<double> submitted;
   std::optional<double> started;   ///< its first lease
   std::optional<double> finished;  ///< only if it has ended
-  /// Seconds from the start to the end or to now, without pauses. Of a series: to the latest time
-  /// at which a frame was traced, with pauses between frames.
+  /// Seconds from the start to the end or to now, without pauses. For a series: seconds from the
+  /// first start of a frame to the latest time at which a frame was traced, pauses included.
   std::optional<double> taken;
 };
 

@@ -12,20 +12,21 @@ namespace parray::coordinator {
 /// Frames that clients see as one job; each is a job of its own. Sorted by frame; not empty.
 using Series = std::vector<const Job*>;
 
-/// Returns whether the series has ended: all submitted frames have ended, and no more will come.
-/// More come until all are submitted or some are cancelled.
+/// Returns whether the series has ended: all submitted frames have ended, and no more frames are
+/// expected, because all frames were submitted or a frame was cancelled.
 bool has_ended(const Series& series);
 
 /// Returns the first frame that has not ended. Null: all have.
 const Job* first_unfinished(const Series& series);
 
-/// Returns a series' job map of PROTOCOL.md. `waits_for`: what the first unfinished frame lacks.
+/// Returns the job map of PROTOCOL.md of a series. `waits_for`: what its first unfinished frame
+/// waits for; empty: nothing.
 nlohmann::json series_summary(const Series& series, Time now, const std::string& waits_for);
 
-/// Return values of a series in that map.
+/// Return values that the job map of the series contains.
 JobState state_of(const Series& series, Time now);
 double progress_of(const Series& series, Time now);
-/// The priority of its first unfinished frame, or of its first if all have ended.
+/// Returns the priority of the first unfinished frame, or of the first frame if all have ended.
 std::uint32_t priority_of(const Series& series);
 
 /// Returns `frame_list` of that map: at most 1000 frames, from the number `from` on.

@@ -149,7 +149,7 @@ std::vector<std::string> copy_state(const StateFiles& from, StateFiles& onto) {
   const FoundFiles found = find_notes(from);
   if (!found.has_commits && !from.jobs_with_directory().empty()) {
     throw InputError(from.directory().string() +
-                     ": the file commits is missing: use --check to list the damage");
+                     ": the file 'commits' is missing: use --check to list the damage");
   }
   return Copier(from, onto).run();
 }

@@ -149,7 +149,7 @@ void compare_commits(const Records& records, const FoundFiles& found, Comparison
     result.severe.push_back("the database ends with commit " + std::to_string(records.batch) +
                             ", but " + std::to_string(*found.commits) + " were completed");
   } else if (!found.commits && (found.has_commits || records.batch > 1)) {
-    result.severe.push_back("the file commits is " +
+    result.severe.push_back("the file 'commits' is " +
                             std::string(found.has_commits ? "damaged" : "missing") +
                             ": the database may lack commits");
   }

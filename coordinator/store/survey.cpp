@@ -111,7 +111,7 @@ std::vector<FileDamage> verify_files(const StateFiles& files, const Records& rec
       if (sound < row.rows->bytes) {
         damage.push_back({id, FileDamage::Kind::rows,
                           relative(files, file) + ": " + std::to_string(sound) + " of " +
-                              std::to_string(row.rows->bytes) + " bytes are sound"});
+                              std::to_string(row.rows->bytes) + " bytes are undamaged"});
       } else if (!ends_an_entry(file, row.rows->bytes)) {
         damage.push_back({id, FileDamage::Kind::rows,
                           "the length in the database of " + relative(files, file) +

@@ -23,7 +23,7 @@ const sentence = text => text && text[0].toUpperCase() + text.slice(1);
 
 function whyNoPicture(job) {
   if (unfinished(job)) return 'No picture yet';
-  return job.state === 'done' ? 'No picture: the coordinator no longer keeps it' : 'No picture: the job ended before its first samples';
+  return job.state === 'done' ? 'No picture: the coordinator no longer keeps it' : 'No picture: the job ended before its first samples, or the coordinator no longer keeps them';
 }
 
 export class JobView {
