@@ -30,7 +30,7 @@ struct SceneFacts {
 /// Not thread-safe.
 class JobPicture {
  public:
-  /// `settings` must not contain `auto`. `begun`: samples of each pass that earlier processes
+  /// `settings`: after resolve_settings(). `begun`: samples of each pass that earlier processes
   /// began. `tile`: see WorkPlan. `large_pages`: see Framebuffer. `judge`: see PassController.
   JobPicture(const RenderSettings& settings, const SceneFacts& scene,
              std::vector<std::uint64_t> begun = {}, std::uint32_t tile = 0, bool large_pages = true,

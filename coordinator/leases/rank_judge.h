@@ -35,10 +35,9 @@ class RankJudge {
   struct Verdict {
     /// The faulty rank; none: it was part of an earlier mpirun.
     std::optional<std::uint32_t> rank;
-    std::vector<std::uint32_t>
-        left_out;             ///< excluded from now on: all ranks of its machine
-    std::uint64_t cells = 0;  ///< cells that are traced again; 0 after a restart
-    bool restarted = false;   ///< the picture began again from its first pass
+    std::vector<std::uint32_t> left_out;  ///< all ranks of its machine: they are excluded now
+    std::uint64_t cells = 0;              ///< cells that are traced again; 0 after a restart
+    bool restarted = false;               ///< the picture began again from its first pass
   };
   struct Hooks {
     /// Traces a cell in rank 0. Null: no disputes are decided, the first bits stay, and admit()
