@@ -13,7 +13,8 @@ namespace parray::coordinator {
 
 /// Limits of a coordinator and of each user. Frames of one series count as one job.
 struct Limits {
-  std::size_t jobs = 1000;  ///< jobs, ended ones included; a new job displaces the oldest ended one
+  /// All jobs, also ended ones. At this limit a new job deletes the oldest ended job.
+  std::size_t jobs = 1000;
   std::size_t user_jobs = 200;                        ///< unfinished jobs of one user
   std::size_t pixels = limits::max_pixels;            ///< pixels of one picture
   std::size_t user_pixels = std::size_t{1} << 30;     ///< pixels of one user's unfinished jobs
