@@ -28,7 +28,7 @@ struct Submission : JobHead {
 /// Returns the message that submits a scene, without token and user.
 msg::Submit submit_message(Submission submission);
 
-/// The content of a job map; PROTOCOL.md describes it.
+/// What the coordinator says about a job: the job map of PROTOCOL.md.
 struct JobStatus {
   JobId id = 0;
   std::string name;
@@ -37,13 +37,15 @@ struct JobStatus {
   std::uint64_t priority = 0;  ///< 0 to 100
   double progress = 0;         ///< 0 to 1
   double samples_per_second = 0;
-  double seconds_left = -1;       ///< -1: unknown
+  double seconds_left = -1;       ///< estimated seconds until it ends; -1: unknown
   std::string reason;             ///< why the job failed, was cancelled or is paused
   std::string waits_for;          ///< what the job waits for; empty: nothing
   std::uint64_t queue_place = 0;  ///< 1: begins next; 0: not in the queue
   double starts_in = -1;          ///< estimated seconds until it begins; -1: unknown
   std::string warning;            ///< it will take very long; empty: it will not
-  std::string flag;  ///< corrected faults of results or the picture file, or missing checks
+  /// Faults of results or of the picture file that were corrected, or checks that were impossible.
+  /// Empty: none.
+  std::string flag;
   std::uint64_t width = 0;
   std::uint64_t height = 0;
   std::uint64_t samples_per_pixel = 0;  ///< the limit; 0: none
@@ -111,9 +113,9 @@ class Client {
   /// Waits for an answer to any submission, at most `most`. Returns nothing if there is no answer,
   /// or if no submission waits for one.
   std::optional<Outcome> take_outcome(Time most);
-  /// Return the number of submissions whose outcome was not taken, and the bytes of the scenes of
-  /// those without an answer.
+  /// Returns the number of submissions whose outcome take_outcome() has not returned.
   [[nodiscard]] std::size_t submitting() const { return in_flight_.size() + outcomes_.size(); }
+  /// Returns the bytes of the scenes of those submissions that have no answer yet.
   [[nodiscard]] std::uint64_t submitting_bytes() const { return bytes_in_flight_; }
 
   /// Returns the job map of PROTOCOL.md.

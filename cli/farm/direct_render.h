@@ -19,6 +19,7 @@ namespace parray::farm {
 
 /// A picture, with the facts about its render.
 struct DirectRender {
+  /// Makes a picture without samples. `largest`: becomes largest_radiance.
   DirectRender(const RenderSettings& settings, double largest);
 
   [[nodiscard]] FramebufferView state() const { return framebuffer.view(largest_radiance); }
@@ -38,7 +39,7 @@ struct DirectRender {
 };
 
 /// Renders the same picture as `parray render`: the same functions decide on passes. `tracer` was
-/// made for `scene` and `settings`. Returns nothing if `stop` becomes true, within milliseconds. If
+/// made for `scene` and `settings`. If `stop` becomes true, returns nothing within milliseconds. If
 /// settings.in_passes(), calls `after_pass`, if set, after each pass with the picture so far. The
 /// time of `after_pass` also counts in DirectRender::seconds.
 std::optional<DirectRender> render_directly(

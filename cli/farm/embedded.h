@@ -15,11 +15,12 @@ namespace parray::farm {
 /// them. Both run in threads of their own.
 class EmbeddedFarm {
  public:
-  /// `threads`: of the worker, 1 to 4096. `judge_of`: as CoordinatorOptions::judge_of, but takes
-  /// the SHA-256 of the job's scene. Throws RunError if threads cannot be created.
+  /// `threads`: of the worker, 1 to 4096. `judge_of` takes the SHA-256 of a job's scene and returns
+  /// the function that estimates the error of its denoised picture: see
+  /// CoordinatorOptions::judge_of. Throws RunError if threads cannot be created.
   explicit EmbeddedFarm(std::uint32_t threads,
                         std::function<PictureJudge(const std::string&)> judge_of = {});
-  /// Stops the farm. Waits for threads in the middle of a step.
+  /// Stops the farm. Waits until each thread has finished its current step: see stop().
   ~EmbeddedFarm();
   EmbeddedFarm& operator=(EmbeddedFarm&&) = delete;
 

@@ -21,7 +21,7 @@ std::optional<Image> raw_image(const ImageFile& file);
 /// The state of an earlier denoising of the same picture.
 struct DenoisedSoFar {
   std::uint64_t samples = 0;  ///< number of samples in total at that time
-  std::uint32_t least = 0;    ///< samples per pixel for Features::own
+  std::uint32_t least = 0;    ///< argument `samples` of trace_features() for `features`
   Features features;
   Denoised picture;
 };
@@ -35,9 +35,9 @@ PictureJudge denoised_judge(ExtraChannels& extra, const std::string& scene_id);
 /// denoised picture. The channels raw.R, raw.G, raw.B keep the picture before denoising. The report
 /// gets `denoised` (`rmse`, `low`, `high` and `image_sha256` of the denoised picture) and
 /// `seconds.denoise`. `image_sha256` and `error` still describe the picture before denoising. If a
-/// pixel has fewer than 2 samples, prints a warning and changes nothing. Moves the denoised picture
-/// out of extra.denoised, if it is there. `tracer`: tracer_of(extra). Throws Interrupted, and
-/// RunError if the picture has no replicates.
+/// pixel has fewer than 2 samples, prints a warning and changes nothing. If extra.denoised has the
+/// result for the same number of samples, moves it from there instead of denoising again. `tracer`:
+/// tracer_of(extra). Throws Interrupted, and RunError if the picture has no replicates.
 void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChannels& extra);
 
 }  // namespace parray::output

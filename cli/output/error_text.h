@@ -20,9 +20,10 @@ std::string figures_text(const ErrorFigures& error);
 /// denoised picture, the error before denoising follows.
 std::string error_text(const nlohmann::json& report);
 
-/// Returns the error of a job and its target: "error 0.021 of 0.01". The first number is the upper
-/// end of the RMSE's confidence interval. For a target half-width it is the 99th percentile
-/// of the half-widths. Returns "" without a target, and while the error is unknown.
+/// Returns the error of a job and its target: "error 0.021 of 0.01", where 0.021 is the upper end
+/// of the RMSE's confidence interval. For a target half-width: "half-width 0.1 of 0.05", where 0.1
+/// is the 99th percentile of the pixels' half-widths. Returns "" without a target, and while the
+/// error is unknown.
 std::string target_text(const JobStatus& job);
 
 }  // namespace parray::output

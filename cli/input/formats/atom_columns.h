@@ -27,7 +27,7 @@ struct Atom {
   std::int32_t residue_number = 0;
   char insertion = ' ';
   char alternative = ' ';                 ///< letter of the alternative location; blank: none
-  bool doubtful_alternative = false;      ///< the letter may begin the residue's name
+  bool doubtful_alternative = false;      ///< `alternative` may belong to the residue's name
   bool two_letters = false;               ///< the name seems to begin with a two-letter symbol
   double occupancy = 1;                   ///< NaN: not known
   std::optional<std::uint8_t> element{};  ///< 0: no element; not given: guess it

@@ -25,14 +25,15 @@ ParticleNote unknown_bonds_note(std::uint64_t count);
 class AtomNumbers {
  public:
   /// Adds the number of the next atom; nothing: it has none. Atoms have the indices 0, 1, 2 ... in
-  /// the order of these calls. May follow find().
+  /// the order of these calls. add() may be called again after find().
   void add(std::optional<std::int64_t> number);
   void clear() { *this = {}; }
   /// Returns the index of the atom with this number. Returns nothing if no atom has it, or several
   /// have it.
   [[nodiscard]] std::optional<std::uint32_t> find(std::int64_t number);
   /// Parses two numbers and returns the bond between the indices of their atoms. Throws InputError
-  /// at `place` if no atom or several atoms have a number, and for a bond of an atom to itself.
+  /// at `place` for a number that no atom or several atoms have, and for a bond of an atom to
+  /// itself.
   StatedBond bond(std::string_view one, std::string_view other, const FilePlace& place);
 
  private:

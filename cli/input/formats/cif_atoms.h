@@ -129,11 +129,11 @@ class CifSites {
   [[nodiscard]] bool is_component() const { return kind_ == Kind::component; }
   void add(const CifRow& row);
 
-  /// Returns the model that the request chooses as a frame. Frame 0 is the first model of the file,
-  /// whatever its number. For a crystal, returns the content of the cell: see unit_cell(). For a
-  /// component, uses ideal coordinates if all placed atoms have them. `crystal` gives the cell and
-  /// the symmetry, and may be empty afterwards. Throws InputError at `place` if the file lacks the
-  /// model, if no atom has a position, or as unit_cell() does.
+  /// Returns the particles of the model that ParticleRequest::frame chooses. Frame 0 is the first
+  /// model of the file, whatever its number. For a crystal, returns the content of the cell: see
+  /// unit_cell(). For a component, uses ideal coordinates if all placed atoms have them. `crystal`
+  /// gives the cell and the symmetry, and may be empty afterwards. Throws InputError at `place` if
+  /// the file lacks the model, if no atom has a position, or as unit_cell() does.
   Particles finish(Crystal& crystal);
 
  private:

@@ -42,9 +42,10 @@ struct Crystal {
 /// Returns the content of one cell: positions in angstrom whose fractions of the cell are in [0,
 /// 1). Applies each symmetry operation to each site. Without a known symmetry, returns only the
 /// sites, and a note counts them. Images of a site within 0.4 angstrom of each other count as one,
-/// as in gemmi. Groups of disorder in one assembly exclude each other: the choice of the request
-/// decides. If several sites are at one place, the site with the highest occupancy stays. The
-/// choice `all` keeps all sites. Numbers: occupancy, b_factor.
+/// as in gemmi. Groups of disorder in one assembly exclude each other: request.alternatives chooses
+/// one of them. If several sites are at one place, the site with the highest occupancy stays. The
+/// choice `all` keeps all sites. The numeric columns are occupancy and b_factor, if the request
+/// wants them.
 ///
 /// Throws InputError at `place` if the cell is not valid, if an operation is not valid, for more
 /// than 1000 operations, and for a crystal without sites.

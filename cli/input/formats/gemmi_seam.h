@@ -10,8 +10,8 @@
 
 #include "common/rooms.h"
 
-/// The interface to gemmi. Its source is the only one that includes gemmi. The source is C++17,
-/// because Clang rejects gemmi's headers in C++20.
+/// The interface to gemmi, a library that reads CIF. Only gemmi_seam.cpp includes gemmi. That file
+/// is compiled as C++17, because Clang rejects gemmi's headers in C++20.
 namespace parray::input {
 
 /// Returns the operations of a space group, each as a SymmetryOperation (crystal.h). `name` is the

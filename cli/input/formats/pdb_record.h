@@ -11,7 +11,8 @@
 namespace parray::input {
 
 /// The content of an ATOM or HETATM line in PDB, PDBQT or PQR. Readers use one object for all
-/// lines. Atom describes the members that it has, too. not_known: the line lacks the number.
+/// lines. struct Atom (atom_columns.h) explains the members without a comment here. A number is
+/// not_known if the line lacks it.
 struct AtomRecord {
   Vec3d position;
   std::string name;

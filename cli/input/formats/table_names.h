@@ -41,8 +41,8 @@ bool take_units(const std::vector<std::string_view>& row, TableNames& table);
 /// have different units. The table must have positions.
 std::string unit_of_positions(const TableNames& table, const FilePlace& place);
 
-/// Returns the two angles of sky coordinates among the names: "ra" and "dec", or galactic
-/// "glon" and "glat", as in the table. Returns empty texts if there are none.
+/// Returns the names, as in the table, of the two columns with sky coordinates: "ra" and "dec", or
+/// galactic "glon" and "glat". Returns empty texts if there are no such columns.
 std::array<std::string, 2> sky_angles(const TableNames& table);
 
 /// Throws InputError at `place`, and says how to compute positions, if the table has sky

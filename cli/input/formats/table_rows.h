@@ -25,7 +25,8 @@ class FieldSplitter {
   explicit FieldSplitter(char separator) : separator_(separator) {}
 
   /// Replaces `fields` by those of `line`. They are valid until the next call, as long as `line`
-  /// is. Throws InputError at `place` for quotes that are not closed or that text follows.
+  /// is. Throws InputError at `place` for a quote that is not closed, and for text after a closing
+  /// quote.
   void split(std::string_view line, const FilePlace& place, std::vector<std::string_view>& fields);
 
  private:

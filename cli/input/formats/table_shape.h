@@ -35,8 +35,8 @@ struct TableShape {
 /// Returns the shape of the table. If the file is no table, `certain` is false.
 TableShape table_shape(const FileStart& start);
 
-/// Returns whether the file is a table of numbers after a line with the number of rows (.pts). XYZ,
-/// whose second line is a comment, is none.
+/// Returns whether the file is a table of numbers after a line with the number of rows (.pts).
+/// Returns false for XYZ files, whose second line is a comment.
 bool is_counted_table(const FileStart& start);
 
 }  // namespace parray::input

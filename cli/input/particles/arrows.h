@@ -17,7 +17,7 @@ namespace parray::input {
 
 inline constexpr std::array<std::string_view, 2> arrow_words{"velocity", "force"};
 
-/// Default length of the longest arrow, in typical_distance() of the particles.
+/// Default length of the longest arrow, as a multiple of typical_distance() of the particles.
 inline constexpr double longest_arrow = 2;
 
 /// Parses arrow_words, the name of a vector, or three names of columns separated by commas. Returns
@@ -34,7 +34,8 @@ struct ArrowMeasure {
   double longest = 0;  ///< length of the longest vector, in the unit of the vectors
   double spacing = 0;  ///< typical_distance() of the particles; 0: there are no neighbours
 
-  /// Adds a later frame: takes the longest vector of all frames and the first spacing.
+  /// Adds a later frame: keeps the longest vector of all frames, and the spacing of the first frame
+  /// that has one.
   void add(const ArrowMeasure& frame);
   friend bool operator==(const ArrowMeasure&, const ArrowMeasure&) = default;
 };

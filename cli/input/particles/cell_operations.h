@@ -35,8 +35,8 @@ std::set<std::string, std::less<>> numbers_of(const CellOperations& operations);
 
 /// Applies the operations in this order: whole, center, wrap, replicate, copies of a crystal's
 /// atoms on opposite faces. `center` also wraps. With `whole`, wrapping moves whole molecules.
-/// Notes count the copies on faces ("boundary_copies") and the endless molecules
-/// ("endless_molecules").
+/// Notes count the copies on faces ("boundary_copies") and the molecules that bond to their own
+/// images in neighbouring cells ("endless_molecules").
 ///
 /// Throws UnknownNumber if `center` uses a numeric column that the particles lack. Throws
 /// SourceError with the key of an operation if the particles lack what it needs, if there would be

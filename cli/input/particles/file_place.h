@@ -25,7 +25,8 @@ struct FilePlace {
   /// a byte, and "FILE: PROBLEM" for the whole file. Makes the file's name printable; the caller
   /// makes `problem` printable.
   [[noreturn]] void fail(std::string_view problem) const;
-  /// Do the same for problems that damage, or a missing part of the file, explains.
+  /// Like fail(). fail_damaged() adds that the file is probably damaged. fail_incomplete() adds
+  /// that the user should check that the file is complete.
   [[noreturn]] void fail_damaged(std::string_view problem) const;
   [[noreturn]] void fail_incomplete(std::string_view problem) const;
 };

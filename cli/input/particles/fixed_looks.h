@@ -15,7 +15,8 @@ namespace parray::input {
 /// the particles. So the same name has the same colour whichever other names a frame contains.
 void add_names(const ParticleLook& look, Particles& particles);
 
-/// Collects what looks depend on over the frames of a film, and fixes it.
+/// Collects the values on which looks depend, such as the least and the largest number, over all
+/// frames of a film. Then gives every frame the same values.
 class FixedLooks {
  public:
   /// Adds the particle files of a frame, in the order of the scene's sources: file i belongs to

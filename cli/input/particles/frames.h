@@ -46,9 +46,9 @@ using OpenFrames = std::function<std::unique_ptr<FrameReader>(const ParticleRequ
 /// order reads the file once. Belongs to one PackedFile.
 class FrameCursor {
  public:
-  /// Returns whether read() can go on to the frame of the request without rewinding the file. The
-  /// frame must be later than the one read last. The requested columns and alternative locations
-  /// must be the same. The file must not have been rewound since.
+  /// Returns whether read() can go on to the frame of the request without rewinding the file. This
+  /// is so if the frame is later than the one read last, if the requested columns and alternative
+  /// locations are the same, and if the file has not been rewound since.
   [[nodiscard]] bool leads_to(const PackedFile& file, const ParticleRequest& request) const;
   /// Reads the frame that the request chooses by its number. The file must be rewound unless
   /// leads_to() is true. Throws the errors of read_frame().
@@ -69,8 +69,9 @@ class FrameCursor {
 /// cursor leads_to() the frame. Sets facts.frame of the result. Sets facts.frames if it counted the
 /// frames: for the last frame, and if `request.all` is true.
 ///
-/// Throws InputError if the file does not have the frame or has no particles. Throws it also for a
-/// chosen frame without particles; the message names the next frame with particles, if any.
+/// Throws InputError if the file does not have the frame or has no particles. Throws it also if the
+/// request chooses a frame without particles; the message then names the next frame with particles,
+/// if any.
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open);
 
 /// Throws InputError: the file has `count` frames, and frame `asked` (from 0) is not one of them.

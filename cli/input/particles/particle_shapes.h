@@ -16,7 +16,8 @@ class ParticleShapes {
   ParticleShapes(const SelectedParticles& selected, const ParticleSource& source, Scene& scene);
 
   /// Call it after append_spheres() for each part. Changes the radii of the spheres of `part`, the
-  /// last ones in the scene, by the style of its decided look: see shape_spheres().
+  /// last ones in the scene, by the style of its look, in which no rule is automatic: see
+  /// shape_spheres().
   void add_part(const SelectedPart& part);
 
   /// Appends the capsules after the last part: those of bonds (append_sticks()), then those of the

@@ -62,7 +62,7 @@ void replicate(Particles& particles, const Replicas& replicas);
 
 /// Adds copies of the particles on a face of the cell to the opposite faces. A particle is on a
 /// face if its distance, in fractions of the edges, is at most `tolerance`. Adds no copy where a
-/// particle already is. Edges that are not periodic have no copies. Returns the number of copies.
+/// particle already is, and none along edges that are not periodic. Returns the number of copies.
 std::uint64_t add_boundary_copies(Particles& particles, const Vec3d& tolerance);
 
 /// Moves each molecule by whole periodic edges, so that its centroid is inside the cell along

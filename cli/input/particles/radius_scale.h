@@ -9,7 +9,8 @@
 
 namespace parray::input {
 
-/// Radii by a number of the particles. By default, there are none.
+/// A rule that makes radii from a number of each particle, such as its mass. By default, there is
+/// no rule.
 struct RadiusScale {
   std::string by;   ///< name of the number; empty: none
   double low = 0;   ///< radius of the least number, in ranges::length; 0: the number is the radius

@@ -33,10 +33,10 @@ struct SelectedParticles {
   ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
   std::optional<ParticleCell> cell;
   std::vector<SelectedPart> parts{};
-  std::size_t count = 0;           ///< of the result of selected(), also if no part shows them
-  std::vector<DrawnBond> bonds{};  ///< particles have the numbers from before they were split
+  std::size_t count = 0;           ///< of particles that selected() returned, shown or not
+  std::vector<DrawnBond> bonds{};  ///< between particles as selected() numbered them
   double stick_radius = 0;         ///< default of the looks; 0: no look draws sticks
-  ParticleArrows arrows{};         ///< of all particles, as for `bonds`; empty: none
+  ParticleArrows arrows{};         ///< one per particle that selected() returned; empty: none
 };
 
 /// Returns what must be read from the file of `source`. A relative name of the topology is relative
@@ -44,10 +44,10 @@ struct SelectedParticles {
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads = 1);
 
-/// Applies the operations of the cell to the particles of the open file, read as request_of() says.
-/// Removes what the filter hides. If `source` leaves `crystal` open and is_crystal() is true, sets
-/// it first. Reads the file again only to list its numbers in a message. `folder`: see
-/// request_of().
+/// Applies source.cell and source.filter to `particles`, which were read from `file` as
+/// request_of() says. Returns the particles that the filter shows. Before that, if
+/// source.cell.crystal is not given and is_crystal() is true, sets source.cell.crystal to true.
+/// Reads the file again only to list its numeric columns in a message. `folder`: see request_of().
 ///
 /// Throws SourceError if a member of the source does not suit the file.
 Particles selected(Particles particles, PackedFile& file, ParticleSource& source,

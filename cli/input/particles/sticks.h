@@ -24,13 +24,15 @@ constexpr bool has_sticks(ParticleStyle style) {
 /// Returns whether the source draws bonds in any of its looks.
 bool draws_sticks(const ParticleSource& source);
 
-/// Replaces the automatic styles of an automatic scene by balls and sticks if the particles, all
-/// that the source shows, are a small molecule: at most most_atoms_with_sticks atoms of known
-/// elements, no crystal, without radii of the file, and with a bond other than those between two
-/// metals. Atoms without bonds are balls, too. Other atoms of known elements with arrows become
-/// balls, because larger spheres would hide the arrows. The source then draws no bonds, unless the
-/// user chose a style with sticks for another look, or the bonds of the file. A look keeps its
-/// style if the user chose radii for it other than a number.
+/// Decides the automatic styles of an automatic scene. `particles` are all that the source shows.
+/// Changes nothing unless all of them are atoms of known elements whose file has no radii. A small
+/// molecule becomes balls and sticks: at most most_atoms_with_sticks atoms, no crystal, and with a
+/// bond that is not between two metals. Atoms without bonds are balls, too.
+///
+/// If the atoms are no small molecule but have arrows, they become balls, because larger spheres
+/// would hide the arrows. The source then draws no bonds, unless another look has a style with
+/// sticks, or the user chose BondSource::file. Looks with `radius_by`, or with a radius rule other
+/// than `automatic` and `fixed`, keep the style `automatic`, which means spheres.
 void decide_style(const Particles& particles, ParticleSource& source);
 
 /// Returns the default radius of sticks, in the particles' unit of length: 0.15 angstrom. For

@@ -9,15 +9,17 @@
 
 namespace parray::input {
 
-/// The camera of each frame. The cameras in the file are the keys of a curve. At the frame of a
-/// key, the camera is that key; between keys, it follows the curve.
+/// A moving camera: the camera of each frame of a film or series. A file contains the cameras of
+/// some frames, the keys. The cameras of the frames between two keys follow a curve through the
+/// keys.
 ///
 /// look_from and look_at follow a Catmull-Rom spline for keys at any distance. The tangent at a key
-/// is the difference of its neighbours divided by their distance in frames; it is one-sided at the
-/// ends. vfov or view_height, aperture and focus_distance are interpolated linearly, so they stay
-/// in their ranges. up is interpolated linearly and normalised. The focus_distance of a key without
-/// one is the distance to its look_at. Between two such keys, the interpolated look_at is in focus.
-/// All keys have the same projection.
+/// is the difference of the keys before and after it, divided by their distance in frames. At the
+/// first and the last key, the key itself replaces the missing neighbour. vfov or view_height,
+/// aperture and focus_distance are interpolated linearly, so they stay in their ranges. up is
+/// interpolated linearly and normalised. The focus_distance of a key without one is the distance to
+/// its look_at. Between two such keys, the interpolated look_at is in focus. All keys have the same
+/// projection.
 class CameraPath {
  public:
   /// Reads { "cameras": [ { "frame": N, and the keys of a scene's camera }, ... ] } with ascending

@@ -5,10 +5,10 @@
 
 namespace parray::input {
 
-/// Calls the visitor `f` for the settings of a picture and for `transparent`. The visitor is that
-/// of settings_fields.h. The traits `image` and `render` tell to which section of a scene file a
-/// member belongs. Members with neither trait are in no section: the visitor must skip them.
-/// `transparent`: a boolean, or nothing.
+/// Describes the members of the sections `image` and `render` of a scene file: calls `f`, a visitor
+/// as in settings_fields.h, for the settings of a picture and for the boolean `transparent`. The
+/// traits `image` and `render` of a member tell its section. The visitor must skip members with
+/// neither trait. Callers without a value for `transparent` leave out that argument.
 template <typename F, typename S, typename... T>
 void image_fields(F&& f, S& settings, T&... transparent) {
   stop_fields(f, settings);

@@ -100,9 +100,10 @@ class JsonSink {
   /// empty for an item.
   virtual void on_child(const JsonMember& child) = 0;
 
-  /// Called after on_child() with an item that is an object. May read further items from the text,
-  /// each with the comma before it, while they are valid. Returns their number. The parser delivers
-  /// the others.
+  /// A faster way to read long arrays. The parser calls it after on_child() has received an item
+  /// that is an object. The sink may then read the next items from `source` itself, each with the
+  /// comma before it. It must stop before the first item that it cannot read. Returns the number of
+  /// items that it has read. The parser delivers all other items.
   virtual std::size_t take_items(ByteSource& /*source*/) { return 0; }
 };
 

@@ -60,7 +60,8 @@ class JsonPlace {
   /// Throws InputError "FILE:LINE: POINTER: PROBLEM".
   [[noreturn]] void fail(std::uint64_t line, std::string_view problem) const;
 
-  /// Returns work(). fail() adds the place to an InputError.
+  /// Calls `work` and returns its result. If `work` throws InputError, throws it again by fail(),
+  /// which adds this place.
   auto checked(std::uint64_t line, const auto& work) const {
     try {
       return work();

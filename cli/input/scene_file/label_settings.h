@@ -20,7 +20,7 @@ struct LabelSettings {
   /// UTF-8; replaces the title and the unit of legends; empty: the name of the numbers or
   /// categories
   std::string legend_title{};
-  bool scale_bar = false;   ///< show a round length
+  bool scale_bar = false;   ///< show a bar that stands for a round length, such as 10 nm
   bool time_stamp = false;  ///< show frame and time of the particles
   bool cell = false;   ///< show the outline of the particles' box or crystal cell, and the axes
   std::string text{};  ///< UTF-8, may have several lines; empty: none

@@ -83,18 +83,19 @@ void look_fields(F&& f, S&... s) {
      special, "R"},
     ranges::length, s.stick_radius...);
   f({"material",
-     "Surface of the particles (default: column, else by-element, else by-type, else plain)",
+     "Surface of the particles. column: the colours in the file (default: column, else by-element, "
+     "else by-type, else plain)",
      special},
     particle_rules::material, s.material...);
   f({"radius",
      "Radius of the particles. by-element: van der Waals; covalent: covalent or, for metals, "
-     "metallic (default: column, else by-element, for crystals covalent, else half the mean "
-     "spacing)",
+     "metallic; column: the radii in the file (default: column, else by-element or, for crystals, "
+     "covalent, else half the mean spacing)",
      special, "R|by-element|covalent|column"},
     particle_rules::radius, s.radius...);
   f({"radius_by",
-     "Use a number of the particles as radius, such as diameter; with LOW:HIGH the least number "
-     "gets the radius LOW and the largest HIGH",
+     "Take the radius of each particle from a numeric column, such as mass: its number is the "
+     "radius. With LOW:HIGH the least number gets the radius LOW, and the largest HIGH",
      special, "COLUMN[:LOW:HIGH]"},
     particle_rules::radius_by, s.radius_by...);
   f({"color_by",
@@ -154,7 +155,8 @@ void particle_fields(F&& f, S&... s) {
      special},
     Flag{}, s.cell.whole...);
   f({"center",
-     "Move the centroid of these particles to the centre of the cell, and wrap: 'resname LIG'",
+     "Move all particles so that the centroid of the selected ones, such as 'resname LIG', is at "
+     "the centre of the cell; then wrap",
      special, "TEXT"},
     particle_rules::select, s.cell.center...);
   f({"bonds",
@@ -190,7 +192,7 @@ void particle_fields(F&& f, S&... s) {
     HiddenClasses{}, s.filter.hide...);
   f({"show",
      "Show these particles with a look of their own, which the options after this one describe, "
-     "such as --color-by and --radius. Several times: the last that selects a particle counts",
+     "such as --color-by and --radius. If several --show select a particle, the last one counts",
      0, "TEXT"},
     Representations{}, s.shows...);
   look_fields(f, s.look...);

@@ -96,7 +96,7 @@ struct ParticleSource {
   std::string topology{};  ///< file with names and elements, relative like `file`; empty: none
   AlternativeChoice alternatives{};    ///< which locations of atoms are read
   std::optional<FrameChoice> frame{};  ///< not given: the first frame with particles
-  CellOperations cell{};               ///< what the cell means for the particles
+  CellOperations cell{};               ///< copies, wrapping and so on in a periodic cell
   ParticleFilter filter{};             ///< which particles are shown
   BondSource bonds = BondSource::automatic;
   std::string arrows{};                 ///< vectors that arrows show (arrows.h); empty: none

@@ -72,8 +72,9 @@ void postprocessing_fields(F&& f, S&... s) {
      0, "on|off|WIDTH"},
     LineWidthRange{drawing_ranges::line_width}, s.outline...);
   f({"depth_cue",
-     "Fade distant particles into the background; SHARE is that of the farthest; on: 0.6", 0,
-     "on|off|SHARE"},
+     "Fade distant surfaces into the background. SHARE (0 to 1): the share of the background in "
+     "the colour of the farthest surface; on: 0.6",
+     0, "on|off|SHARE"},
     ShareRange{drawing_ranges::depth_cue}, s.depth_cue...);
 }
 
@@ -87,7 +88,8 @@ void label_fields(F&& f, S&... s) {
      0, "TEXT"},
     LabelText{longest_legend_title}, s.legend_title...);
   f({"scale_bar",
-     "Show a round length; for a perspective camera, it holds at the distance of look_at"},
+     "Show a bar that stands for a round length, such as 10 nm; with a perspective camera, it "
+     "holds at the distance of look_at"},
     Flag{}, s.scale_bar...);
   f({"unit",
      "Unit of lengths, any text; angstrom and um get their signs (default: the unit in the file, "
@@ -104,8 +106,8 @@ void label_fields(F&& f, S&... s) {
   f({"font_size", "Size of letters in print, in points (default: 8)", 0, "PT"},
     drawing_ranges::font_size, s.font_size...);
   f({"width_mm",
-     "Width of the picture in print; without --width, --dpi gives the number of pixels "
-     "(default: 300)",
+     "Width of the picture in print, in millimetres. Without --width, the number of pixels follows "
+     "from --dpi, or from 300 pixels per inch",
      0, "MM"},
     drawing_ranges::print_width, s.width_mm...);
   f({"dpi", "Pixels per inch in print, for sizes and the file's metadata", 0, "N"},

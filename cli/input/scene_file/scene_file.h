@@ -21,8 +21,8 @@ namespace parray::input {
 
 class PackedFile;
 
-/// What the look of a part of a file's particles depends on besides each particle alone. The frames
-/// of a film must agree on it: see fixed_looks.h.
+/// The values on which the colours and sizes of a part of a file's particles depend, taken from all
+/// particles of the part. In a film, fixed_looks.h makes them the same for all frames.
 struct PartLook {
   std::optional<std::size_t> representation{};  ///< nothing: the source has none
   NumberBounds colored{};                       ///< numbers at the ends of the colour map
@@ -61,7 +61,8 @@ struct SceneFile {
   std::vector<Legend> legends;               ///< meaning of the particles' colours and arrows
   std::vector<ParticleFile> particle_files;  ///< in the order of `particles`
   std::optional<ParticleCell> cell;          ///< of the first file with a cell
-  /// The label `cell` is a default of crystals. A picture that is too small for it has none.
+  /// True: the label `cell` is set because the particles are a crystal. It is left out, without an
+  /// error, if the picture is too small for it.
   bool cell_if_it_fits = false;
   bool solid_cell = false;  ///< the scene has capsules for the edges of `cell`
   /// Number of spheres at the start that are the scenery of an automatic scene.

@@ -7,9 +7,9 @@
 
 namespace parray::input {
 
-/// Writes scene JSON v1 (scenes/schema/scene.v1.schema.json), one shape per line. Writes numbers
-/// in the shortest form that reads back as the same number. So read_scene() of the text gives an
-/// equal scene, if it has no duplicate spheres, and equal width, height, samples, depth and seed.
+/// Writes scene JSON v1 (scenes/schema/scene.v1.schema.json), one shape per line. Writes numbers in
+/// the shortest form that reads back as the same number. So read_scene() of the text gives an equal
+/// scene (if the scene has no duplicate spheres) and equal width, height, samples, depth and seed.
 ///
 /// Materials keep the names of `file.materials`. Other materials are called "material 0" and so on.
 /// Files of `file.particles` stay references.

@@ -35,9 +35,10 @@ struct Viewing {
   /// the middle of the particles.
   std::vector<Sphere> other_spheres{};
   std::vector<Vec3d> other_points{};
-  /// True for films of a turntable: the picture includes these others, capsules and corners at
-  /// every angle, and the centre of a floor lies on the turntable's axis. The picture includes
-  /// the spheres of the particles at every angle only if `other_spheres` has them, too.
+  /// True for films of a turntable: the picture includes `other_spheres`, `other_points`, and
+  /// capsules and corners of the Subject at every angle, and the centre of a floor lies on the
+  /// turntable's axis. The picture includes the spheres of the particles at every angle only if
+  /// `other_spheres` has them, too.
   bool turns = false;
 };
 inline constexpr NumberRange zoom_range{0.1, 100};

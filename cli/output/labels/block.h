@@ -27,7 +27,7 @@ struct Block {
 struct BlockStyle {
   const Font& font;  ///< must outlive the blocks
   double line;       ///< width of lines, pixels
-  double room_y;     ///< height of the picture without margins, in pixels
+  double room_y;     ///< height of the picture minus both margins, in pixels
 };
 
 /// Returns a block with the lines of `text`. `name`: see Block.
@@ -59,10 +59,10 @@ struct Placed {
 bool overlap(const Box& a, const Box& b);
 
 /// Places every block in its corner of a picture of width x height pixels. Blocks are `margin`
-/// pixels away from the edges and `gap` pixels apart. `blocks` must outlive the result. Blocks in
-/// the upper corners follow downwards, those in the lower corners upwards. Throws InputError, which
-/// names the option, if a block does not fit inside the margins, or is nearer than gap / 2 to a
-/// block of another corner.
+/// pixels away from the edges and `gap` pixels apart. `blocks` must outlive the result. If a corner
+/// has several blocks, the first is nearest to the edge, and the others follow below it (upper
+/// corners) or above it (lower corners). Throws InputError, which names the option, if a block does
+/// not fit inside the margins, or is nearer than gap / 2 to a block of another corner.
 std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, double height,
                             double margin, double gap);
 

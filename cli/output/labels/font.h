@@ -15,8 +15,8 @@ std::filesystem::path label_font();
 
 /// Draws text in one font and size with FreeType, without hinting and placed to 1/64 of a pixel, so
 /// that widths scale with the size. Letters go from left to right with the font's kerning; scripts
-/// that need more are drawn letter by letter. Text is UTF-8. Not thread-safe: functions that are
-/// const share a buffer, too.
+/// that need more are drawn letter by letter. Text is UTF-8. Not thread-safe: const functions use a
+/// common buffer, too.
 class Font {
  public:
   /// `size` is in pixels per em, >= 1. Throws RunError, which names the package, if the file is

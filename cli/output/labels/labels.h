@@ -53,9 +53,9 @@ class Labels {
   ~Labels();
   Labels(Labels&&) noexcept;
 
-  /// Returns the places that labels of `content` need, with gaps. There is also room for the scale
-  /// bar of a camera that shows the scene up to ten times smaller. Throws InputError and RunError
-  /// as the constructor does.
+  /// Returns the places that labels of `content` need, with gaps. The camera may still move away
+  /// after this call: the place of the scale bar suffices for cameras that show the scene up to ten
+  /// times smaller. Throws InputError and RunError as the constructor does.
   static LabelPlaces places(const LabelContent& content);
 
   /// Returns the places of all labels except the names of the cell's edges, in pixels.

@@ -36,9 +36,9 @@ class DepthFade {
   /// Nothing fades.
   DepthFade() = default;
   /// Takes the range of depths from the picture, without background. `width`: of the picture, in
-  /// pixels. `strength`: see above, in [0, 1]. The depth of a pixel beside background is a mean of
-  /// both, so other pixels decide if there are any. A pixel in a gap between surfaces may show a
-  /// wall far away, too: `seen.farthest` excludes it.
+  /// pixels. `strength`: see above, in [0, 1]. The depth of a pixel beside background may be a mean
+  /// of surface and background. So such pixels count only if there are no others. A pixel in a gap
+  /// between surfaces may show a wall far away, too: `seen.farthest` excludes it.
   DepthFade(const SeenSpheres& seen, std::uint32_t width, double strength);
   /// Takes the range of depths from `nearest` to `farthest`.
   DepthFade(double nearest, double farthest, double strength)

@@ -17,8 +17,8 @@ struct SheetLayout {
 };
 
 /// Returns the layout of `count` pictures (> 0) of `width` x `height` pixels. The number of columns
-/// brings the sheet closest to 2 by 1 and avoids empty places. Gaps are 1/200 of a picture's
-/// height, at least 2 pixels.
+/// is a compromise between a sheet twice as wide as high and few empty places. Gaps are 1/200 of a
+/// picture's height, at least 2 pixels.
 SheetLayout sheet_layout(std::size_t count, std::uint32_t width, std::uint32_t height);
 
 /// Return the size of a sheet in pixels, which may exceed 32 bits. `width`, `height`: of a picture.
