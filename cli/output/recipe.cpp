@@ -221,12 +221,13 @@ void check_recipe(const Recipe& recipe, const std::string& picture, const std::s
                      printable(recipe.version, 40));
   }
   if (recipe.scene_sha256 != scene_sha256) {
-    throw InputError(scene + ": this is not the scene of " + picture +
-                     ": the picture's scene has scene_sha256 " + start_of(recipe.scene_sha256) +
-                     "..., this one " + start_of(scene_sha256) +
-                     "...: name the picture's scene. A particle file needs the picture's options, "
-                     "too: add them (parray verify takes none), or name the scene file that parray "
-                     "convert writes with them and with --width and --height");
+    throw InputError(
+        scene + ": this is not the scene of " + picture +
+        ": the picture's scene has scene_sha256 " + start_of(recipe.scene_sha256) +
+        "..., this one " + start_of(scene_sha256) +
+        "...: name the picture's scene. If that is a particle file, repeat the options "
+        "of the picture (parray verify takes none), or name the scene file that parray "
+        "convert writes with these options and with --width and --height");
   }
 }
 

@@ -35,7 +35,7 @@ StatedBond bond_field(std::string_view one, std::string_view other, std::uint64_
 ParticleNote unknown_bonds_note(std::uint64_t count) {
   return {"unknown_bonds", count,
           std::string(count == 1 ? "bond" : "bonds") +
-              " left out, because the file does not have the two atoms exactly once"};
+              " left out, because an atom of the bond is missing or occurs several times"};
 }
 
 void AtomNumbers::add(std::optional<std::int64_t> number) {

@@ -113,9 +113,10 @@ Order by_own_number(const std::vector<double>& numbers, const std::filesystem::p
     }
     order[sorted[place]] = place;
   }
-  facts.notes.push_back({"unsorted_atoms", numbers.size(),
-                         "unsorted particles: the atoms of the topology count in the order of the "
-                         "particles' ids"});
+  facts.notes.push_back(
+      {"unsorted_atoms", numbers.size(),
+       "particles that are not sorted by id: the first atom of the topology belongs to "
+       "the smallest id, and so on"});
   return order;
 }
 

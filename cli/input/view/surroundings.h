@@ -83,10 +83,10 @@ struct Surroundings {
   Camera camera;  ///< a pinhole; a perspective one has tan_half_vfov
   Sky sky;
   std::vector<SceneryObject> scenery;  ///< the objects of scenery_of(), with positions
-  /// The axis on which camera and scenery turn around the spheres. It points away
-  /// from the ground, along Viewpoint::off_ground. If that direction is towards the viewer, the
-  /// axis points upwards in the picture. If Viewing::turns is set, a turn changes only which side
-  /// of the spheres the picture shows.
+  /// The axis around which camera and scenery turn in films of a turntable. It points away from the
+  /// ground, along Viewpoint::off_ground, or upwards in the picture if off_ground points to the
+  /// viewer. If Viewing::turns is set, a turn changes only which side of the spheres the picture
+  /// shows.
   TurnAxis axis{};
 };
 

@@ -194,7 +194,7 @@ Axes turned_by(const Turning& turning, View view, const Axes& frame, const Vec3d
   const Axes risen = turned(aside, rise);
   constexpr double rounding = 1e-9;
   if (dot(risen.up, axis) < -rounding) {
-    throw InputError("--elevation " + number_text(*turning.elevation) + ": view " +
+    throw InputError("--elevation " + number_text(*turning.elevation) + ": the view " +
                      std::string(name_of(view)) +
                      " would turn over the top: use a smaller angle, or another view");
   }

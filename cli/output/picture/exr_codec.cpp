@@ -197,7 +197,8 @@ void check_readable(const std::string& path, const Imf::Header& header, const Ar
   const bool rgb = std::ranges::all_of(
       rgb_names, [&](const char* name) { return header.channels().findChannel(name) != nullptr; });
   if (!rgb || (header.hasType() && Imf::isDeepData(header.type()))) {
-    throw InputError(path + ": the file is not an RGB image");
+    throw InputError(path +
+                     ": the file is not an RGB image: name a picture with red, green and blue");
   }
   check_image_limits(path, area.width, area.height, channels);
 }

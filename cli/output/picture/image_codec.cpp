@@ -123,7 +123,8 @@ ImageFile read(const std::string& path) {
   }
   const OIIO::ImageSpec& spec = in->spec();
   if (spec.nchannels < 3 || spec.width < 1 || spec.height < 1 || spec.depth > 1) {
-    throw InputError(path + ": the file is not an RGB image");
+    throw InputError(path +
+                     ": the file is not an RGB image: name a picture with red, green and blue");
   }
   ImageFile file;
   file.image.width = static_cast<std::uint32_t>(spec.width);

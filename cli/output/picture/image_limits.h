@@ -19,7 +19,7 @@ inline void check_image_limits(const std::string& path, std::uint64_t width, std
   // A small file may claim any size. ParRay's own largest picture has 64 bytes per pixel.
   constexpr std::uint64_t most_bytes = limits::max_pixels * 64;
   const auto refuse = [&](const std::string& reason) { throw InputError(path + ": " + reason); };
-  if (width == 0 || height == 0) refuse("the file is not an RGB image");
+  if (width == 0 || height == 0) refuse("the picture has no pixels: name another file");
   if (channels > most_channels) refuse("the file has more than 256 channels: remove some");
   if (std::max(width, height) > limits::max_image_side || width * height > limits::max_pixels) {
     refuse(std::to_string(width) + " x " + std::to_string(height) +

@@ -137,9 +137,10 @@ TEST_CASE("directions and turns that are impossible are refused with a remedy") 
           }).find("is not a direction: write x") != std::string::npos);
   }
   const std::vector<Sphere> one{{{0, 0, 0}, 1, 0}};
-  CHECK(message_of<InputError>(
-            [&] { (void)viewpoint_of(one, View::iso, false, {.elevation = 80}); }) ==
-        "--elevation 80: view iso would turn over the top: use a smaller angle, or another view");
+  CHECK(
+      message_of<InputError>(
+          [&] { (void)viewpoint_of(one, View::iso, false, {.elevation = 80}); }) ==
+      "--elevation 80: the view iso would turn over the top: use a smaller angle, or another view");
 }
 
 TEST_CASE("cameras of views look along their axes for any particles") {
