@@ -269,7 +269,8 @@ Particles CifSites::finish_cartesian(const Crystal& crystal) {
   const std::uint64_t frame = last ? models_.size() - 1 : request_.frame_number();
   if (!atoms_) fail_without_frame(*place_, models_.size(), frame);
   check_placed(atoms_->count());
-  atoms_->note("unplaced", unplaced_, "atoms without coordinates left out");
+  atoms_->note("unplaced", unplaced_,
+               in_number(unplaced_, "atom", "atoms") + " without coordinates left out");
   Particles particles = atoms_->finish();
   const Vec3d& edges = crystal.lengths;
   const bool dummy =
@@ -303,7 +304,8 @@ Particles CifSites::finish_component() {
     atoms.numbers({{from.charge}});
   }
   check_placed(atoms.count());
-  atoms.note("unplaced", unplaced_, "atoms without coordinates left out");
+  atoms.note("unplaced", unplaced_,
+             in_number(unplaced_, "atom", "atoms") + " without coordinates left out");
   return atoms.finish();
 }
 

@@ -20,10 +20,10 @@ bool are_beads(const Particles& particles);
 /// the median over at most 1000 particles. Returns 0 for fewer than two particles.
 double typical_distance(std::span<const Vec3d> positions);
 
-/// If the particles are beads, sets the rules that the user left open in the look of `source`, or
-/// in the looks of its representations, if it has some. The colours are then by name, and the
-/// radius is the one with which typical neighbours touch. Balls between sticks get half of this
-/// radius. Sticks keep their own radius. One note then replaces the notes about elements. Does
+/// If the particles are beads, sets the rules that neither the user nor the file decides: in the
+/// look of `source` or, if it has representations, in their looks. The colours are then by name,
+/// and the radius is the one with which typical neighbours touch. Balls between sticks get half of
+/// this radius. Sticks keep their own radius. One note then replaces the notes about elements. Does
 /// nothing if no rule is open.
 void decide_for_beads(Particles& particles, ParticleSource& source);
 

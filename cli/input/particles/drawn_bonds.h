@@ -27,12 +27,13 @@ struct DrawnBond {
 /// Returns the bonds between the particles, with `first` <= `second`, in the order of their
 /// particles. The result is the same for the same particles.
 ///
-/// A stated bond leads to the nearest image. Automatic bonds leave out stated bonds between two
-/// hydrogens that have other bonds, as in rigid water.
+/// A stated bond leads to the nearest image of the other particle. BondSource::automatic leaves out
+/// stated bonds between two hydrogens that both have other bonds, as in rigid water.
 ///
-/// Unless Particles::all_bonds, automatic bonds add covalent_bonds(), with these exceptions:
+/// BondSource::automatic also adds covalent_bonds(), unless Particles::all_bonds is true, with
+/// these exceptions:
 ///
-/// - Two atoms of a residue that both have stated bonds do not bond.
+/// - Two atoms of the same residue get no such bond if both have stated bonds.
 /// - Atoms of two residues bond by the links of polymers (C-N, O3'-P, SG-SG). By other bonds, they
 ///   bond only if both have no stated bonds and one of them belongs to no amino acid and no
 ///   nucleotide. Water bonds to no other residue.

@@ -17,7 +17,8 @@ struct ParticlePart {
   ParticleLook look;    ///< complete: see completed()
   /// Number of the representation, from 0. Nothing: the source has no representations.
   std::optional<std::size_t> representation{};
-  /// For each of its particles, the number among all. Empty: the part has all particles.
+  /// For each particle of the part, its index in the particles that split() received. Empty: the
+  /// part has all of them.
   std::vector<std::uint32_t> numbers{};
 };
 

@@ -28,8 +28,9 @@ struct LabelSettings {
       unit{};  ///< unit of lengths: "angstrom" or any other text; empty: the unit of the file
   std::optional<double> font_size{};  ///< in drawing_ranges::font_size; not given: usual_font_size
   /// Pixels per inch, in drawing_ranges::dpi, and width in print, in drawing_ranges::print_width.
-  /// At most one is given once the width in pixels is known. None given: see dots_per_inch() in
-  /// labels.h.
+  /// Options may give both to determine the width in pixels. LabelOptions (cli/commands) then
+  /// removes width_mm, so that labels.h gets at most one of them. None given: see dots_per_inch()
+  /// in labels.h.
   std::optional<double> dpi{};
   std::optional<double> width_mm{};
 

@@ -33,9 +33,9 @@ struct LabelContent {
 /// print 120 mm wide, but at least 96 as on a screen.
 double dots_per_inch(const LabelSettings& settings, double width);
 
-/// Gives a legend of colours the title of the settings, if they have one. It contains the unit.
-/// Otherwise gives a legend of positions or radii the unit of the settings, if they have one. A
-/// blank unit means no unit.
+/// If the settings have a legend_title, gives it to a legend of colours, and removes the unit of
+/// the legend, because the title contains the unit. Otherwise gives a legend of positions or radii
+/// the unit of the settings, if they have one. A blank unit means no unit.
 void set_title(Legend& legend, const LabelSettings& settings);
 
 /// Returns the length of a scale bar in the scene's unit: the largest round length (round_below())
