@@ -14,8 +14,8 @@ namespace parray::output {
 
 /// Shows a growing picture in a window of tev (github.com/Tom94/tev), or of another viewer with the
 /// same protocol over TCP. A thread sends the pictures, so a slow or silent viewer delays nothing.
-/// If the viewer does not answer, the thread prints one line on stderr. It tries again with the
-/// next picture, but not within three seconds.
+/// The first time that the viewer does not answer, the thread prints one line on stderr. After each
+/// failure it tries again with the next picture, but not within three seconds.
 class Display {
  public:
   /// `address` is HOST:PORT with a port above 0. The default port of tev is 14158. Throws

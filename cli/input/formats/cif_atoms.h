@@ -168,7 +168,7 @@ class CifSites {
   Kind kind_ = Kind::none;
   std::optional<AtomColumns> atoms_;
   std::vector<std::string> models_;  // model numbers in the order of the file
-  std::size_t model_ = 0;            // place of the row's model
+  std::size_t model_ = 0;            // index of the row's model in models_
   std::vector<CrystalSite> sites_;
   std::vector<ComponentAtom> component_;
   std::uint64_t unplaced_ = 0;

@@ -11,7 +11,8 @@
 #include "cli/input/scene_file/particle_source.h"
 #include "common/scene/scene.h"
 
-/// Turns particles into spheres: decides where their materials and radii come from.
+/// Turns particles into spheres: decides where their materials and radii come from. A rule is
+/// decided if it is not `automatic`, and supported if problem_with() returns an empty text for it.
 namespace parray::input {
 
 /// Return the rule that `automatic` means for these columns. Return `automatic` if the columns

@@ -90,7 +90,7 @@ struct Particles {
   std::vector<char> insertion_codes;  ///< of residues with the same number; blank: none
   std::vector<char> alternatives;     ///< letters of locations if all are read; blank: none
   std::vector<NumberColumn> numbers;  ///< the numeric columns that the request wants
-  /// Place of each particle, from 0, before keep() removed others. Empty: 0, 1, 2 and so on.
+  /// Index of each particle before keep() removed others. Empty: 0, 1, 2 and so on.
   std::vector<std::uint32_t> indices;
   std::optional<ParticleCell> cell;
   std::vector<StatedBond> bonds;  ///< distinct, in ascending order; empty: the file states none
@@ -98,7 +98,8 @@ struct Particles {
   ParticleFacts facts;
 
   [[nodiscard]] std::size_t count() const { return positions.size(); }
-  /// Returns the place of a particle among all that the reader returned, and their copies, from 0.
+  /// Returns the index of a particle, from 0, among all particles that the reader returned and
+  /// their copies.
   [[nodiscard]] std::size_t index_of(std::size_t particle) const {
     return indices.empty() ? particle : indices[particle];
   }

@@ -35,7 +35,7 @@ struct SelectedParticles {
   std::vector<SelectedPart> parts{};
   std::size_t count = 0;           ///< of particles that selected() returned, shown or not
   std::vector<DrawnBond> bonds{};  ///< between particles as selected() numbered them
-  double stick_radius = 0;         ///< default of the looks; 0: no look draws sticks
+  double stick_radius = 0;         ///< of looks that give none; 0: no look draws sticks
   ParticleArrows arrows{};         ///< one per particle that selected() returned; empty: none
 };
 

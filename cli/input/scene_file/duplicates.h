@@ -6,11 +6,11 @@
 
 namespace parray::input {
 
-/// Which spheres remove_duplicates() removed. Places count from 0, in the order of the input.
+/// Which spheres remove_duplicates() removed. Indices count from 0, in the order of the input.
 struct Duplicates {
   std::size_t count = 0;
-  std::size_t first = 0;     ///< place of the first removed sphere
-  std::size_t first_of = 0;  ///< place of the sphere that it repeats
+  std::size_t first = 0;     ///< index of the first removed sphere
+  std::size_t first_of = 0;  ///< index of the sphere that `first` repeats
 };
 
 /// Removes each sphere whose centre and radius equal those of an earlier one; the material does not

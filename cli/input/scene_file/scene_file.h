@@ -21,8 +21,9 @@ namespace parray::input {
 
 class PackedFile;
 
-/// The values on which the colours and sizes of a part of a file's particles depend, taken from all
-/// particles of the part. In a film, fixed_looks.h makes them the same for all frames.
+/// The values on which the colours and sizes of a part of a file's particles (those of one
+/// representation) depend, taken from all particles of the part. In a film, fixed_looks.h makes
+/// them the same for all frames.
 struct PartLook {
   std::optional<std::size_t> representation{};  ///< nothing: the source has none
   NumberBounds colored{};                       ///< numbers at the ends of the colour map
@@ -33,7 +34,7 @@ struct PartLook {
 /// A particle file that is part of a scene.
 struct ParticleFile {
   std::filesystem::path path;     ///< empty: the standard input
-  ParticleSource source;          ///< the item that refers to the file, with decided rules
+  ParticleSource source;          ///< the item that refers to the file; no rule is automatic
   std::uint64_t count = 0;        ///< number of particles in the scene
   ParticleFacts facts;            ///< with the notes of all its parts
   std::vector<PartLook> looks{};  ///< of its parts with particles
