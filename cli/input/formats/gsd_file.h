@@ -46,8 +46,8 @@ struct GsdChunk {
 /// The file layer of GSD (gsd.readthedocs.io, "File layer"), versions 0.3, 1 and 2: a header, a
 /// list of names, an index sorted by frames, and chunks. Reads the index from front to back, and
 /// chunks in any order. To go back in a packed file, it unpacks the file again from the beginning.
-/// It does so at most 64 times; instead of the next time, it throws InputError. Keeps one block of
-/// the index in memory. All members throw InputError for damaged files.
+/// It does so at most 64 times, and then throws InputError. Keeps one block of the index in memory.
+/// All members throw InputError for damaged files.
 class GsdFile {
  public:
   /// Reads the header and the names. `file` must outlive this object.

@@ -16,7 +16,7 @@ class ParticleShapes {
   ParticleShapes(const SelectedParticles& selected, const ParticleSource& source, Scene& scene);
 
   /// Call it after append_spheres() for each part. Changes the radii of the spheres of `part`, the
-  /// last ones in the scene, by the style of its look, in which no rule is automatic: see
+  /// last ones in the scene, by the style of its look, whose automatic rules were replaced: see
   /// shape_spheres().
   void add_part(const SelectedPart& part);
 

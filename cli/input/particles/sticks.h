@@ -40,8 +40,8 @@ void decide_style(const Particles& particles, ParticleSource& source);
 /// typical_distance().
 double stick_radius_of(const Particles& particles, const std::vector<DrawnBond>& bonds);
 
-/// Gives the spheres of particles the radii of look.style. `look` has no automatic rules. `spheres`
-/// have the radii of look.radius or look.radius_by.
+/// Gives the spheres of particles the radii of look.style. The automatic rules of `look` were
+/// replaced by decided(). `spheres` have the radii of look.radius or look.radius_by.
 /// - balls_and_sticks: 0.25 of the radius by element or column, 0.5 of the covalent radius. A
 ///   number and radius_by stay as they are.
 /// - sticks: `stick_radius`.

@@ -27,8 +27,8 @@ struct LineWidth {
 
 struct Postprocessing {
   LineWidth outline{};  ///< width of lines around shapes in front of something farther away
-  /// Share of the background, 0 to 1, in the colour of the farthest surface. The share falls
-  /// linearly with depth to 0 at the nearest surface. 0: no depth cue.
+  /// Share of the background, 0 to 1, in the colour of the farthest surface. The share is 0 at the
+  /// nearest surface and grows linearly with depth. 0: no depth cue.
   double depth_cue = 0;
   /// Depths of the nearest and the farthest surface of all frames of a film: distances from the
   /// camera along its direction of view, in the scene's unit. Empty: those of the picture. Scene

@@ -27,7 +27,8 @@ inline constexpr std::string_view plain_material_name = "plain";
 /// A scene that was made from a particle file.
 struct AutoScene {
   SceneFile file;         ///< spheres of the scenery, then those of the particles; capsules
-  ParticleSource source;  ///< of the particles; no rule is automatic; `file`: PackedFile::name()
+  ParticleSource source;  ///< of the particles, with the rules that were used for automatic
+                          ///< ones; `file` is PackedFile::name()
   TurnAxis axis;          ///< of a turntable; see Surroundings
 };
 

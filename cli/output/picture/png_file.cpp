@@ -224,8 +224,9 @@ ImageFile read_png(const std::string& path) {
   if (!stream) refuse(std::generic_category().message(errno));
   PngReader reader(stream.get());
   if (!reader.problem().empty()) refuse("the PNG file is damaged: " + reader.problem());
-  if (!reader.has_colours())
+  if (!reader.has_colours()) {
     refuse("the file is not an RGB image: name a picture with red, green and blue");
+  }
   const std::size_t stride = reader.has_alpha() ? 4 : 3;
   check_image_limits(path, reader.width(), reader.height(), stride);
   ImageFile file;
