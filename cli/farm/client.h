@@ -42,7 +42,7 @@ struct JobStatus {
   std::string waits_for;          ///< what the job waits for; empty: nothing
   std::uint64_t queue_place = 0;  ///< 1: begins next; 0: not in the queue
   double starts_in = -1;          ///< estimated seconds until it begins; -1: unknown
-  std::string warning;            ///< it will take very long; empty: it will not
+  std::string warning;            ///< says that the job will take very long; empty: it will not
   /// Faults of results or of the picture file that were corrected, or checks that were impossible.
   /// Empty: none.
   std::string flag;

@@ -9,6 +9,7 @@
 
 namespace parray::output {
 
+/// How a command shows the progress of a job.
 enum class ProgressStyle {
   none,
   lines,  ///< a line every 10 s, and one when the job has ended: for logs

@@ -45,8 +45,9 @@ struct ParticleFormat {
   bool (*only_header)(const FileStart& start) = nullptr;
   /// Reads the frame that the request chooses. Throws the errors of read_particles().
   Particles (*read)(PackedFile& file, const ParticleRequest& request) = nullptr;
+  /// What files of the format contain.
   enum class Holds : std::uint8_t {
-    all,
+    all,        ///< positions, and maybe names
     names,      ///< names and elements without positions, which are 0; useful as a topology
     positions,  ///< positions without names; a topology may give the names
   };

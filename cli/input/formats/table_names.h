@@ -19,9 +19,9 @@ struct TableNames {
 /// Returns the names of the columns in the form that layout_of() knows. A unit is in brackets at
 /// the end ("x [nm]", "vx (m/s)"). Positions and radii may have the name of a unit of length after
 /// a mark ("x_pc", "radius_mm"). Renames position columns to x, y and z. Programs call them pos_x,
-/// PositionX, x_coord, Points:0 (ParaView), Position.X (OVITO), Rx and so on. If columns are
-/// called x, y and z, no other column becomes a position. If only some of them are, and others are
-/// the positions, a column x becomes "other x".
+/// PositionX, x_coord, Points:0 (ParaView), Position.X (OVITO), Rx and so on. If columns are called
+/// x, y and z, no other column becomes a position. If other columns are the positions although some
+/// column is called x, y or z, that column becomes "other x" and so on.
 TableNames table_names(const std::vector<std::string_view>& header);
 
 /// Returns the words of a header line without quotes. A tab, comma or semicolon separates names, or

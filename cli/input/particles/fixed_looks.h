@@ -23,8 +23,8 @@ class FixedLooks {
   /// source i.
   void add(const std::vector<ParticleFile>& files);
   /// Makes the looks of the sources independent of the frame. Numbers at the ends of a colour map,
-  /// or with the least and the largest radius, become the extremes of those of all frames. With
-  /// percentages, each frame contributes its own percentiles. Sticks without elements get the
+  /// or with the least and the largest radius, become the least and the largest ones of all frames.
+  /// With percentages, each frame contributes its own percentiles. Sticks without elements get the
   /// default radius of the first frame that has some. Arrows get the ArrowMeasure of all frames.
   /// `sources` are those of a frame, in the same order. Returns whether the sizes of shapes may
   /// have changed.

@@ -18,9 +18,9 @@ struct Molecules {
   std::uint64_t endless = 0;      ///< molecules that bond to their own images, as in crystals
 };
 
-/// Moves particles by whole edges of their cell, which they must have, so that no molecule is
-/// broken by its faces. The first particle of each molecule stays where it is. Endless molecules
-/// stay as they are, and each of their atoms counts as a molecule.
+/// Moves particles by whole edges of their cell, which they must have, so that no face of the cell
+/// breaks a molecule. The first particle of each molecule stays where it is. Endless molecules stay
+/// as they are, and each of their atoms counts as a molecule.
 ///
 /// If the file has elements, molecules follow from covalent_bonds(). Otherwise they follow from the
 /// numbers `mol` or `molecule`, or from residues. In these cases each particle moves to the image

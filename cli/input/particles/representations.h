@@ -13,7 +13,7 @@ namespace parray::input {
 
 /// Particles of a file that have one look.
 struct ParticlePart {
-  Particles particles;  ///< of its facts, only the unit and the notes on this part are set
+  Particles particles;  ///< facts contain only the unit of length and notes on this part
   ParticleLook look;    ///< complete: see completed()
   /// Number of the representation, from 0. Nothing: the source has no representations.
   std::optional<std::size_t> representation{};

@@ -73,11 +73,12 @@ struct DefaultLook {
   double radius = 1;
 };
 
-/// Decides the rules of `source` for the particles. Appends their spheres to the scene of `file`,
-/// part by part, then capsules for bonds, arrows and the edges of the cell. Appends the meaning of
-/// colours and arrows to its legends, and facts about the particles to its other members. `path` is
-/// the path of the particle file; empty for the standard input. Without `otherwise`, automatic
-/// rules that the file does not support are errors. Returns the source with the decided rules.
+/// Replaces automatic rules of `source` by rules that the particles support. Appends the spheres of
+/// the particles to file.scene, part by part, then capsules for bonds, arrows and the edges of the
+/// cell. Appends the meaning of colours and arrows to file.legends, and facts about the particles
+/// to other members of `file`. `path` is the path of the particle file; empty for the standard
+/// input. Without `otherwise`, automatic rules that the file does not support are errors. Returns
+/// the source with the decided rules.
 ///
 /// Throws SourceError for "material", "radius", "color_by" and "solid_cell". Throws the errors of
 /// append_spheres().

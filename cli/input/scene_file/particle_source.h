@@ -102,7 +102,8 @@ struct ParticleSource {
   std::string arrows{};                 ///< vectors that arrows show (arrows.h); empty: none
   std::optional<double> arrow_scale{};  ///< length of the arrow of a vector of length 1; not given:
                                         ///< the longest arrow has longest_arrow spacings (arrows.h)
-  /// The same for all frames of a film. Scene files do not contain it.
+  /// The numbers that set length and width of the arrows in all frames of a film. Not given: those
+  /// of the particles. Scene files do not contain it.
   std::optional<ArrowMeasure> arrow_measure{};
   bool solid_cell = false;  ///< the edges of the cell are rods
   /// Of the particles that `filter` shows, only those in one of these representations remain.

@@ -30,7 +30,7 @@ inline std::string particles_word(std::uint64_t count) {
 std::string columns_of(const Particles& particles);
 
 /// Returns whether a number's name means a numeric column of the file, which the reader loads only
-/// on request. All names do, except those that the comment on NumberSource lists.
+/// on request. This is so for all names except those that the comment on NumberSource lists.
 bool is_number_column(std::string_view name);
 
 /// Returns whether readers load a numeric column of this name, if the file has one. Readers load

@@ -27,7 +27,7 @@ struct Expression {
     both,      ///< all parts hold
     either,    ///< at least one part holds
     opposite,  ///< the only part does not hold
-    less,      ///< compares two numbers, as the next three; false if one of them is unknown
+    less,      ///< compares two numbers, as do the next three; false if one is unknown
     less_equal,
     equal,
     unequal,

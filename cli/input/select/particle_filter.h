@@ -21,7 +21,7 @@ struct ParticleFilter {
   friend bool operator==(const ParticleFilter&, const ParticleFilter&) = default;
 };
 
-/// Check the texts of the filter's members and return them. Throw InputError for invalid texts. Its
+/// Check the texts of the filter's members and return them. Throw InputError for invalid texts. The
 /// message names neither a file nor an option.
 std::string select_from(std::string_view text);
 std::string slice_from(std::string_view text);

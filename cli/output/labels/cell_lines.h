@@ -44,7 +44,7 @@ std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& fil
 /// Draws the lines, `width` pixels wide, in a grey that contrasts with the picture below. Nearer
 /// shapes hide the edges behind the cell (CellLine::behind). The other edges are drawn over nearer
 /// shapes, too, but thinner and fainter. Otherwise the atoms on the faces of a cell would make
-/// dashes of its outline. `film` is the one of the lines.
+/// dashes of its outline. `film`: the one with which `lines` were made.
 void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const CameraFilm& film,
                 const DepthMap& map, double width);
 

@@ -31,8 +31,8 @@ struct TransparentPixel {
 };
 
 /// Removes the background from a pixel with mean radiance `mean` over `samples` > 0 samples. `sky`
-/// has the number and the sum of those that hit nothing. The result is exactly 0 for pixels that
-/// show only background, and never negative.
+/// has the number of samples whose camera rays hit nothing, and the sum of their radiance. The
+/// result is exactly 0 for pixels that show only background, and never negative.
 TransparentPixel without_sky(const std::array<float, 3>& mean, const SkySamples& sky,
                              std::uint32_t samples, const RadianceScale& scale);
 
