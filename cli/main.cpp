@@ -20,7 +20,8 @@ int do_chosen(const Action& chosen, const CommandLine& line) {
   try {
     return chosen();
   } catch (const nlohmann::json::exception& error) {
-    throw RunError(std::string("reading the coordinator's answer: ") + error.what());
+    throw RunError(std::string("the coordinator's answer is damaged (") + error.what() +
+                   "): use parray and parray-coordinator of the same release");
   }
 }
 

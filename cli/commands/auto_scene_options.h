@@ -18,8 +18,8 @@ class ParticleOptions;
 /// Returns all words that --view accepts: names of views and of axes.
 std::vector<std::string> view_words();
 
-/// View, style, camera and background of an automatic scene. RenderOptions has such options, and so
-/// does the command convert.
+/// The options for view, style, camera and background of an automatic scene: the scene that ParRay
+/// makes from a particle file. Part of RenderOptions; the command convert has them, too.
 class AutoSceneOptions {
  public:
   /// Declares all options except --background. The object must not move while the command line is
@@ -30,7 +30,8 @@ class AutoSceneOptions {
   /// Call for a scene that is not a particle file. Throws InputError if any of the options is
   /// given, --background included. `file`: the scene's name in the message.
   void check_unused(const std::string& file) const;
-  /// Returns how the options show a scene. Throws InputError if options exclude each other.
+  /// Returns view, style and camera as the options say. Throws InputError if options exclude each
+  /// other.
   [[nodiscard]] Viewing viewing() const;
   /// Returns the colour of the background in linear RGB. Not given: that of the style.
   [[nodiscard]] const std::optional<Vec3d>& background() const { return background_; }

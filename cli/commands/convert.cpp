@@ -120,8 +120,10 @@ int convert(const ConvertCommand& command) {
 }  // namespace
 
 void add_convert(CommandLine& line, Action& chosen) {
-  Command command =
-      line.command("convert", "Convert a file of particles, or an old scene file, to a scene file");
+  Command command = line.command(
+      "convert",
+      "Make a scene file from a file of particles, or a self-contained scene file from "
+      "another scene file");
   const auto options = std::make_shared<ConvertCommand>();
   add_scene(command, options->in, "IN");
   command.option("OUT.json", options->out, "Scene file to write")

@@ -45,8 +45,8 @@ int fetch(const FetchCommand& command) {
   const bool series = has_frame_number(outputs.image.string());
   if (series && command.partial) {
     throw InputError(
-        "--partial writes one picture: give a file name without #; of a series, give the number of "
-        "a frame's job");
+        "--partial writes one picture: give a file name without # and, for a frame of a series, "
+        "the number of the frame's own job");
   }
   if (!series) check_outputs(outputs);
   FarmClient client(command.farm);

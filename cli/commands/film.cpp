@@ -124,7 +124,8 @@ class Film {
                 << folder << " from an earlier run\n";
     } else if (folder_.has_other_film()) {
       std::cerr << "parray: the frames in " << folder
-                << " are of other options or files: rendering all frames again\n";
+                << " were made with other options, files or another release: rendering all frames "
+                   "again\n";
     }
   }
 

@@ -25,7 +25,8 @@ std::string film_picture(std::uint32_t number);
 /// Throws InputError unless the name ends in .mp4, .webm or .gif.
 void check_film_name(const std::filesystem::path& film);
 
-/// Returns whether the format of the film needs an even width and height, which the pictures lack.
+/// Returns whether the film's format needs an even width and height (all but GIF do), and the width
+/// or the height of the pictures is odd.
 bool needs_padding(const FilmPictures& pictures, const std::filesystem::path& film);
 
 /// Returns the arguments of ffmpeg, without the program, that make the file `target` of the

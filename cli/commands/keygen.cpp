@@ -76,7 +76,8 @@ void add_keygen(CommandLine& line, Action& chosen) {
       .needs(name);
   command
       .number("--share", options->share, least_share, largest_share,
-              "Relative share when several users compete (others have 1)")
+              "Share of the workers' time relative to other users, when several users have jobs "
+              "(default: 1)")
       .needs(name);
   command.option("--remove", options->removed, "Remove the key and the HTTP token of NAME")
       .type_name("NAME")

@@ -203,7 +203,7 @@ void RenderOptions::add_size_to(Command& command, const std::string& group) {
 void RenderOptions::add_like_to(Command& command) {
   add_file(command, "--like", like_,
            "Reproduce PICTURE bit for bit, using the settings stored in it. Excludes all other "
-           "options of this group and the next")
+           "options under the headings Picture and Accuracy")
       .type_name("PICTURE")
       .group(settings_group);
   command_ = command;

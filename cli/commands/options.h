@@ -105,11 +105,12 @@ class RenderOptions {
   [[nodiscard]] bool has_size() const {
     return keys_.contains("width") || keys_.contains("height");
   }
-  /// Notes the width that follows from the size in print. over() uses it if --width is absent. If
-  /// --height is absent, too, over() scales the height in proportion. Nothing: there is no such
-  /// width.
+  /// Sets the width in pixels that follows from the size in print; empty: none follows. over() uses
+  /// this width if --width is absent. If --height is absent, too, over() scales the height in
+  /// proportion.
   void print_width(std::optional<std::uint32_t> width) { print_width_ = width; }
-  /// Declares all options except the number of samples, for commands that determine it.
+  /// Declares the options of add_to() except those that say when a render stops, such as --spp and
+  /// --target-error: for commands that choose them.
   void add_without_samples_to(Command& command);
   /// Declares --quality, for commands that render.
   void add_quality_to(Command& command);
@@ -119,8 +120,8 @@ class RenderOptions {
   [[nodiscard]] bool can_stop() const { return can_stop_; }
   /// Returns whether an option gives the target error.
   [[nodiscard]] bool has_target_error() const { return keys_.contains("target_error"); }
-  /// Makes pictures stop at this error unless the scene has a target error or an option says when
-  /// to stop. Replaces the number of samples of a scene file.
+  /// Makes over() use this target error if neither the scene nor --quality has one, and no option
+  /// says when to stop. The number of samples in a scene file then does not count.
   void aim_at(double error) { usual_error_ = error; }
   /// Declares --like, after add_to(), for commands that render.
   void add_like_to(Command& command);
@@ -142,10 +143,10 @@ class RenderOptions {
   /// Returns the options that the user gave under settings_group, limits_group, particles_group and
   /// labels_group (an automatic camera makes room for labels), and the width of print_width(), as a
   /// text. Two commands with the same such options have equal texts, if those under particles_group
-  /// have the same order. Call after add_like_to(), as check_like().
+  /// have the same order. Call after add_like_to(), while the command line exists.
   [[nodiscard]] std::string as_given() const;
   /// Returns the scene's settings, replaced by the options that are given. With a target or a time
-  /// limit and without --spp, the samples per pixel have no limit but the largest possible number.
+  /// limit and without --spp, the samples per pixel are limits::max_samples_per_pixel: no limit.
   /// An option that says when to stop replaces the target error of `of_scene` and --quality.
   /// Without --adaptive, the picture is adaptive if it has a target, a time limit or a list of
   /// passes. Throws InputError, which names the options, if the result is impossible.

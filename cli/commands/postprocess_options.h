@@ -19,6 +19,7 @@ class PostprocessOptions {
   /// `image`: the option that must be given with any of them; null: none. The object must not move
   /// while the command line is parsed.
   void add_to(Command& command, const Option* image);
+  /// Returns the scene's postprocessing, replaced by the options that are given.
   [[nodiscard]] Postprocessing over(const Postprocessing& of_scene) const {
     return given_.over(of_scene);
   }

@@ -36,10 +36,10 @@ enum class Feature : std::uint8_t {
   labels,
   postprocessing,  ///< outlines, depth cue
   preview,         ///< --preview, --display
-  end_command,
+  end_command,     ///< --on-end
   error_map,
-  exr_file,
-  like,
+  exr_file,         ///< an EXR picture
+  like,             ///< --like
   view,             ///< --view
   traced_channels,  ///< extra channels that need the scene
   standard_input    ///< the scene comes from there
@@ -55,7 +55,8 @@ void require(RenderMode mode, Feature feature, const std::string& name);
 /// A loaded scene, ready for submission.
 struct LoadedSubmission {
   Submission submission;
-  /// What else the scene file contains; of its scene only the camera is left.
+  /// What else the scene file contains. Its `scene` has only the camera left: `submission` has the
+  /// rest.
   SceneFile rest;
   std::string original_sha256;     ///< image_sha256 of the picture of --like; empty: no --like
   bool original_denoised = false;  ///< the picture of --like is denoised
@@ -68,7 +69,8 @@ LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
                                  const FrameChange& change = {});
 
 class FrameScenes;
-/// Does the same for a frame that `scenes` loads. Calls `change`, if set, on the loaded scene.
+/// Does what load_submission() does, for a frame that `scenes` loads. Calls `change`, if set, on
+/// the loaded scene.
 LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint32_t frame,
                             std::uint32_t priority,
                             const std::function<void(SceneFile&)>& change = {});

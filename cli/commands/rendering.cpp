@@ -88,7 +88,9 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
   const std::string words = without_rank(command);
   const int status = std::system(words.c_str());  // NOLINT(cert-env33-c): the user's own command
   // NOLINTEND(concurrency-mt-unsafe)
-  if (status != 0) std::cerr << "parray: --on-end " << printable(command, 200) << " has failed\n";
+  if (status != 0) {
+    std::cerr << "parray: the command of --on-end has failed: " << printable(command, 200) << "\n";
+  }
 }
 
 /// For a job whose progress is not shown: prints once what the job waits for, after ten seconds.

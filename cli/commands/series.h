@@ -29,14 +29,15 @@ struct FrameJobs {
   std::string token{};
   /// Largest number of frames that are submitted and not yet delivered.
   std::size_t most_unfinished = std::numeric_limits<std::size_t>::max();
-  /// If the first frame that this run loads cannot be loaded, run_frames() throws InputError and
-  /// tries no other frame.
+  /// If the first frame cannot be loaded, run_frames() throws InputError and tries no other frame.
+  /// No effect if frames of an earlier run are still to be delivered.
   bool first_must_load = false;
   bool wait = true;  ///< until all frames have ended
   /// `preview` is empty. `on_end` runs when all frames of a series have ended, if `wait`.
   ProgressOptions following{};
   std::string image{};  ///< PARRAY_IMAGE for `on_end`
-  bool prints = true;   ///< print the number of the series on stdout; deliver() prints, too
+  /// Print the number of the series on stdout. true also means that `deliver` prints lines.
+  bool prints = true;
 };
 
 /// Returns a token for FrameJobs: the same for the same request of the same user of this machine.
@@ -69,9 +70,10 @@ struct SeriesRequest {
 /// throws as check_outputs() does for the outputs of frame 0.
 void check_frame_outputs(const OutputPaths& outputs);
 
-/// Does run_frames() for the request, and prints the number of the series. With `wait`, fetches
-/// each frame when it is done. Throws InputError, too, for one file of particles without a camera
-/// path.
+/// Calls run_frames() for the request, which prints the number of the series. With `wait` and
+/// outputs, fetches each frame when it is done. Also throws InputError if `scene` is a particle
+/// file for all frames and there is no camera path: its automatic camera would differ between
+/// frames.
 int submit_series(Client& client, const SeriesRequest& request);
 
 /// Fetches the finished frames of a series. For every other frame that was submitted, prints on

@@ -117,7 +117,8 @@ void print_note(const TimeShare& share, const std::string& text) {
 /// Prints once that the step `what` is left out. `printed`: whether this has been printed.
 void leave_out(TimeShare& share, bool TimeShare::*printed, const char* what, double seconds) {
   if (!(share.*printed)) {
-    print_note(share, what + (" takes about " + duration_text(seconds)) + " more: left out");
+    print_note(share,
+               what + (" takes about " + duration_text(seconds)) + ", which is too long: left out");
   }
   share.*printed = true;
 }

@@ -52,8 +52,8 @@ class MpiCoordinator {
   /// Renders the pass that the job has begun. Returns when all cells are merged, the next pass is
   /// decided, and all ranks can see that this pass is over. Returns whether there is another pass.
   /// Returns true at once if the picture began again because of a faulty rank. Throws RunError if
-  /// no rank makes progress or if rank 0 itself returned wrong bits, Interrupted after a signal;
-  /// both after the results are on disk.
+  /// no rank makes progress or if rank 0 itself returned wrong bits, and Interrupted after a
+  /// signal. Saves the results to disk before it throws.
   ///
   /// `resources` and `transport` must live until the next call of run_pass(): barrier(),
   /// last_barrier(), facts() and rank_value() use them.

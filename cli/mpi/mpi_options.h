@@ -13,7 +13,7 @@ namespace parray::mpi {
 enum class MpiMode : std::uint8_t {
   window,        ///< every rank takes leases from rank 0's window by itself
   messages,      ///< the same, by requests to rank 0 instead of one-sided communication
-  static_split,  ///< over the window; each of P ranks traces a fixed 1/P of the rows
+  static_split,  ///< over the window; each of P ranks traces 1/P of the rows, fixed in advance
   openmp,        ///< rank 0 alone, with all its threads
   sequential     ///< rank 0 alone, with one thread
 };
@@ -30,8 +30,9 @@ struct MpiOptions {
   std::optional<std::uint32_t> threads;  ///< of each rank; nothing: its share of the processors
   MpiMode mode = MpiMode::window;
   std::uint32_t tile = 0;  ///< side of the tiles in pixels; 0: runs of a row
-  std::uint32_t ledger_ranks = Ledgers::group_ranks;  ///< most ranks for each ledger
-  std::string state;                                  ///< directory of --state; empty: IMAGE.state
+  /// Most ranks that take their leases from the memory of one rank.
+  std::uint32_t ledger_ranks = Ledgers::group_ranks;
+  std::string state;            ///< directory of --state; empty: IMAGE.state
   std::uint32_t patience = 60;  ///< seconds without progress before the job fails
   double checkpoint = 10;       ///< seconds between saves to disk
   bool row_seconds = false;     ///< the report has the tracing time of each row

@@ -17,7 +17,8 @@ namespace parray::mpi {
 class Transport {
  public:
   /// `world` outlives the object. `alone`: only rank 0 takes part. `by_messages`: without one-sided
-  /// communication. `ledger_ranks`: see Ledgers.
+  /// communication. `ledger_ranks`: most ranks of a ledger, the counters in one rank's memory by
+  /// which a group of ranks takes leases (see Ledgers).
   Transport(const MpiWorld& world, bool alone, bool by_messages, std::uint32_t ledger_ranks)
       : world_(world),
         alone_(alone || world.ranks() == 1),

@@ -88,7 +88,7 @@ class Denoise(CliTest):
         large = ["--width", "3000", "--height", "2000", "--time-limit", "0.1", "-q", "--report", self.path("a.json")]
         result = run("render", self.scene, "-o", self.path("a.png"), "--denoise", *large)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stderr, r"parray: --time-limit 0\.1: denoising takes about [^\n]* more: left out\n")
+        self.assertRegex(result.stderr, r"parray: --time-limit 0\.1: denoising takes about [^\n]*, which is too long: left out\n")
         self.assertNotIn("denoised", json.loads(self.path("a.json").read_text()))
 
     def test_submit_with_wait_also_leaves_out_steps_that_do_not_fit(self):

@@ -140,7 +140,7 @@ class Here(FilmCase):
         again = self.film("a.mp4", "--spp", "2", "--fps", "30")
         self.assertNotIn("rendering all frames", again.stderr)
         self.assertIn("6 of 6 frames are in", again.stderr)
-        other = r"parray: the frames in \S+a.frames are of other options or files: rendering all frames again\n"
+        other = r"parray: the frames in \S+a.frames were made with other options, files or another release: rendering all frames again\n"
         self.assertRegex(self.film("a.mp4", "--spp", "3").stderr, other)
         self.run_file.write_text(trajectory().replace("C 2.0", "C 2.1"))
         self.assertRegex(self.film("a.mp4", "--spp", "3").stderr, other)

@@ -30,8 +30,8 @@ struct VerificationResults {
   std::vector<RetracedPixel> wrong;  ///< pixels whose colour or alpha differs, by row, then column
   /// Checked extra channels: name, and number of traced pixels that have another value in the file.
   std::map<std::string, std::uint64_t> channels;
-  /// Empty: the file states no error, only some pixels and fewer than 30 were traced, or one of
-  /// them has fewer than 2 samples.
+  /// Empty in three cases: the file states no error; a traced pixel has fewer than 2 samples; or
+  /// fewer than 30 pixels were traced, and these are not all.
   std::optional<ErrorCheck> error;
 
   /// Returns whether colours, alpha, channels and stated error are all right.

@@ -101,7 +101,7 @@ std::string misfit_of(const VerifiedPicture& picture) {
   const Image& image = picture.file.image;
   if (image.width != settings.width || image.height != settings.height) {
     return "the file has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-           " pixels, its recipe " + std::to_string(settings.width) + " x " +
+           " pixels, but its recipe states " + std::to_string(settings.width) + " x " +
            std::to_string(settings.height);
   }
   std::uint64_t samples = picture.pixels() * settings.samples_per_pixel;
@@ -111,7 +111,7 @@ std::string misfit_of(const VerifiedPicture& picture) {
     samples = std::accumulate(counts->begin(), counts->end(), std::uint64_t{0});
   }
   if (samples == picture.recipe.samples) return "";
-  return "the pixels have " + std::to_string(samples) + " samples, its recipe " +
+  return "the pixels have " + std::to_string(samples) + " samples, but the recipe states " +
          std::to_string(picture.recipe.samples);
 }
 

@@ -18,8 +18,9 @@ struct VerifiedPicture {
   /// The contents of the file. For a denoised picture, `image` is the picture before denoising.
   ImageFile file;
   Recipe recipe;
-  /// Says that the hash of denoised or transparent pixels is wrong. Empty: it is right, or was not
-  /// compared: of other pictures and of 8-bit files, damage_of() compares it.
+  /// Says which hash in the recipe is wrong: that of the denoised or of the transparent pixels.
+  /// Empty if they are right, or if the file has 8 bits or other pixels: damage_of() compares
+  /// those.
   std::string damage{};
   std::vector<float> alpha{};  ///< one per pixel; empty: opaque, or denoised
 

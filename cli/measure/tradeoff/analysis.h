@@ -10,14 +10,14 @@
 #include "cli/measure/tradeoff/error_intervals.h"
 #include "cli/measure/tradeoff/variant.h"
 
-/// Statistics of measured renders. Pure functions. Errors are RMSE in linear radiance, over pixels
-/// and channels.
+/// Statistics of the renders that `parray tradeoff` measures. Pure functions. Errors are RMSE in
+/// linear radiance, over pixels and channels.
 namespace parray::tradeoff {
 
 /// One number for each of interval_levels.
 using ByLevel = std::array<double, interval_levels.size()>;
 
-/// One render compared with the reference.
+/// One render, compared with the reference (reference.h), which approximates the true picture.
 struct Run {
   std::string options;  ///< options_of() of the settings
   std::uint64_t seed = 0;
@@ -25,7 +25,7 @@ struct Run {
   double cpu_seconds = 0;   ///< processor time of all threads
   double samples = 0;       ///< mean per pixel
   double rays = 0;          ///< mean per sample
-  double mse = 0;           ///< against the true picture; may fall below 0 by chance
+  double mse = 0;           ///< estimate of the mean square error; may be below 0 by chance
   double mse_scatter = 0;   ///< standard error of `mse`, from the reference's own error
   double mse_8bit = 0;      ///< `mse` of the picture rounded to 8 bits
   double quantisation = 0;  ///< mean square of the change by rounding to 8 bits
@@ -40,7 +40,8 @@ struct Run {
   /// Share of the pixels' intervals that contain the true value; 1 if no pixel has noise. 0 for
   /// denoised pictures and for pictures that state no error.
   ByLevel coverage{};
-  /// 1: the stated interval of its RMSE contains the true RMSE; 0: it does not, or is not stated.
+  /// 1: the picture's interval of its RMSE contains the true RMSE. 0: it does not, or the picture
+  /// has no such interval.
   ByLevel claims{};
 };
 
@@ -92,7 +93,7 @@ struct Row {
   double rmse_deviation = 0;   ///< standard deviation of the RMSE of one run
   double rmse_8bit = 0;        ///< square root of the mean of Run::mse_8bit; 0 if that is below 0
   double claimed = 0;          ///< root mean square of Run::claimed
-  ByLevel claims{};            ///< share of runs whose interval of the RMSE contains it
+  ByLevel claims{};            ///< share of runs whose interval contains the true RMSE
   double bias = 0;             ///< mean
   double truncation = 0;       ///< mean
   ByLevel coverage{};          ///< mean of Run::coverage; unused for denoised pictures
