@@ -1,7 +1,7 @@
 """The command line: python3 -m parray render FILE [OPTION...].
 
-Reads files that `parray` cannot read with ASE, MDAnalysis, OVITO, h5py, gsd, astropy, laspy, pyarrow, pandas or numpy, and
-passes them to `parray` with the same options. Passes all other files and commands on as they are.
+If `parray` cannot read FILE itself, reads it with ASE, MDAnalysis, OVITO, h5py, gsd, astropy, laspy, pyarrow, pandas or
+numpy, and passes the particles to `parray` with the same options. Passes all other files and commands on as they are.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def _place_of_file(words: list[str]) -> Optional[int]:
 
 
 def _with_file(words: list[str], place: int, folder: Path) -> list[str]:
-    """Returns the words with a file that `parray` reads. Writes it to `folder`."""
+    """Returns the words of the command line with a file in place of FILE that `parray` can read. Writes it to `folder`."""
     rest = words[:place] + words[place + 1 :]
     frame = _take(rest, "--frame")
     number = int(frame) if frame is not None and frame.isdecimal() else frame

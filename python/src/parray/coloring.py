@@ -41,8 +41,8 @@ def colored(particles: Particles, options: dict[str, Any]) -> Particles:
 
 
 def title_of(by: Any, word: Any) -> Optional[str]:
-    """Returns the title of a legend for colours by `by`, which is `word` for the program. Returns None if the program's own
-    title says it."""
+    """Returns the title of a legend for colours by `by`, the user's `color_by`; `word` is the program's name for it. Returns
+    None if the program's own title is right."""
     name = by if isinstance(by, str) else getattr(by, "name", None)
     return str(name) if name is not None and column_name(name) != word and word not in (None, "atom", "residue") else None
 
@@ -87,13 +87,14 @@ def needs_range(options: Mapping[str, Any]) -> bool:
 
 
 def range_over(frames: Sequence[Particles], options: Mapping[str, Any]) -> tuple[float, float]:
-    """Returns the smallest and the largest number of all frames, as the program chooses them for one."""
+    """Returns the smallest and the largest number of all frames. For a single frame the program chooses the same two."""
     by = column_name(options["color_by"])
     return ends([_extent(frame, by) for frame in frames], options.get("colormap"))
 
 
 def ends(extents: Sequence[tuple[float, float]], colormap: Optional[str]) -> tuple[float, float]:
-    """Returns the ends of a range that contains the given ones. They differ. That of "blue-red" has 0 in the middle."""
+    """Returns the two ends, which differ, of a range that contains all `extents`. For "blue-red", 0 is in the middle if the
+    numbers have both signs."""
     low, high = min(low for low, _ in extents), max(high for _, high in extents)
     if colormap == "blue-red" and low < 0 < high:
         high = max(high, -low)

@@ -23,14 +23,14 @@ _NAMES = dict(zip(_CODES[::2], _CODES[1::2]))
 
 
 def linear_of_names(names: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """Returns linear RGB for names of colours, with one more axis: of a single name, (3,)."""
+    """Returns linear RGB for names of colours. The array has the shape of `names` and one more axis: (3,) for one name."""
     distinct, which = np.unique(np.asarray(names).astype(np.str_), return_inverse=True)
     encoded = np.array([_srgb(name) for name in distinct.tolist()])
     return srgb_to_linear(encoded)[which.reshape(np.shape(names))]
 
 
 def _srgb(name: str) -> tuple[float, float, float]:
-    """Returns sRGB from 0 to 1. Throws InputError for a name that is not known."""
+    """Returns sRGB from 0 to 1. Raises InputError for a name that is not known."""
     code = _NAMES.get(name.strip().lower(), name.strip().lstrip("#"))
     if re.fullmatch(r"[0-9a-fA-F]{6}", code) and (name.startswith("#") or code != name):
         red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (0, 2, 4))

@@ -1,4 +1,4 @@
-"""Exceptions. The text is that of `parray` or of the farm, or, for what Python itself refuses, one in the same form."""
+"""Exceptions. Their texts are messages of `parray`, of the farm, or of this package, all in the same form."""
 
 from __future__ import annotations
 

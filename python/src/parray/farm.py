@@ -164,23 +164,23 @@ class Farm:
         self._steer("pause", jobs)
 
     def resume(self, jobs: Iterable[Union[Job, int]]) -> None:
-        """Resumes many jobs, as pause() pauses them."""
+        """Resumes many jobs. Takes jobs and raises errors as pause() does."""
         self._steer("resume", jobs)
 
     def cancel(self, jobs: Iterable[Union[Job, int]]) -> None:
-        """Cancels many jobs, as pause() pauses them."""
+        """Cancels many jobs. Takes jobs and raises errors as pause() does."""
         self._steer("cancel", jobs)
 
     def requeue(self, jobs: Iterable[Union[Job, int]]) -> None:
-        """Continues many jobs that failed or were cancelled, as pause() pauses them."""
+        """Continues many jobs that failed or were cancelled. Takes jobs and raises errors as pause() does."""
         self._steer("requeue", jobs)
 
     def forget(self, jobs: Iterable[Union[Job, int]]) -> None:
-        """Deletes many jobs that have ended, with their pictures, as pause() pauses them."""
+        """Deletes many jobs that have ended, with their pictures. Takes jobs and raises errors as pause() does."""
         self._steer("forget", jobs)
 
     def set_priority(self, jobs: Iterable[Union[Job, int]], priority: int) -> None:
-        """Sets the priority of many jobs, as pause() pauses them."""
+        """Sets the priority (0 to 100) of many jobs. Takes jobs and raises errors as pause() does."""
         self._steer("priority", jobs, priority=priority)
 
     def _steer(self, action: str, jobs: Iterable[Union[Job, int]], **more: int) -> None:
@@ -285,11 +285,12 @@ class Job:
         return Picture(exr, self._http.json("GET", self._path + "/report") if done else {"error": job.get("error")})
 
     def png(self) -> bytes:
-        """Returns the same picture as a PNG file."""
+        """Returns the finished or unfinished picture as a PNG file. Only that of a finished job has labels and
+        postprocessing."""
         return self._http.body("GET", self._path + "/image.png")
 
     def thumbnail(self, width: int = 64) -> bytes:
-        """Returns the same picture as a PNG file that is `width` pixels wide, 16 to 1024, or less if the picture is."""
+        """Returns png() made smaller: `width` pixels wide, 16 to 1024. A picture that is not wider keeps its size."""
         return self._http.body("GET", f"{self._path}/image.png?width={width}")
 
     def wait(self, timeout: Optional[float] = None, progress: ProgressOption = None) -> Picture:

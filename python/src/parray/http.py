@@ -18,7 +18,7 @@ _TIMEOUT = 60  # seconds of silence in one request
 
 
 class Form:
-    """A body of type multipart/form-data (RFC 7578). It reads its files while they are sent. Each try iterates over it."""
+    """A body of type multipart/form-data (RFC 7578). It reads its files while they are sent. Each attempt to send it iterates over it."""
 
     def __init__(self) -> None:
         self._boundary = uuid.uuid4().hex
@@ -107,7 +107,8 @@ class Http:
     def _repeat(
         self, method: str, path: str, body: Any, headers: Mapping[str, str], patience: float, waits: bool = True
     ) -> bytes:
-        """`waits`: repeats the request if the server has no room."""
+        """Repeats the request until an answer comes, at most for `patience` seconds. `waits`: also repeats it if the server
+        has no room; otherwise raises Busy then."""
         end = time.monotonic() + patience
         pause = 0.1
         while True:
@@ -142,7 +143,7 @@ class Http:
 
 
 def _problem(status: int, answer: bytes, url: str) -> ParRayError:
-    """Returns the exception for the problem that the server describes (RFC 9457)."""
+    """Returns, but does not raise, the exception for the problem that the server describes (RFC 9457)."""
     try:
         problem = json.loads(answer)
     except ValueError:

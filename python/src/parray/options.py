@@ -109,7 +109,7 @@ class PictureOptions(TypedDict, total=False):
 
 
 class RenderOptions(PictureOptions, total=False):
-    """Options of render() on this machine, and those of all pictures."""
+    """The keywords of render(): those of PictureOptions, and the ones below."""
 
     # Several pictures.
     frames: Union[Sequence[int], Literal["all"]]
@@ -121,7 +121,7 @@ class RenderOptions(PictureOptions, total=False):
 
 
 class SubmitOptions(PictureOptions, total=False):
-    """Options of Farm.submit(), and those of all pictures."""
+    """The keywords of Farm.submit(): those of PictureOptions, and the ones below."""
 
     name: str
     priority: int
@@ -167,8 +167,8 @@ def names_of(options: type) -> list[str]:
 
 
 def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Returns the options that make the scene, and all others. Ignores options that are None. Raises TypeError for an
-    unknown name."""
+    """Returns two dicts: the options that make the scene, and all others. Ignores options that are None. Raises TypeError for
+    a name that `options`, a class of keywords, does not have."""
     known = names_of(options)
     for name in given:
         if name in _RENAMED:

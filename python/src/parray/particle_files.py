@@ -18,7 +18,7 @@ Columns = Sequence[tuple[str, npt.NDArray[Any]]]
 RESERVED = frozenset(
     "x y z fx fy fz radius index resid type species element chain atom residue pos positions color".split()
 )
-"""Names that the program does not read as a further number."""
+"""Names of columns that have a meaning of their own for the program: it does not take them for further numbers."""
 PLY_WORDS = frozenset("r g b red green blue diameter".split())
 """Names that are colours or radii in PLY, but not in extended XYZ."""
 _ROWS = 1 << 16  # rows of a text file that are written together
@@ -70,8 +70,8 @@ def write_xyz(path: Path, particles: Particles, columns: Columns, numbers: Mappi
 def write_names(path: Path, particles: Particles) -> Path:
     """Writes PSF: segment, residue number, residue name, name of the atom, type, charge and mass.
 
-    The program takes elements from the masses and then from the names. It does not if all masses are 0. So they are 0 if
-    the particles have elements, and otherwise larger than the mass of any element."""
+    The program guesses elements from the masses of this file, then from the names, but not if all masses are 0. So the
+    masses are 0 if the particles have elements. Otherwise they are larger than that of any element: then the names decide."""
     count = len(particles)
     unknown = np.full(count, "?")
     texts = particles.texts

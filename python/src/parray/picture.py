@@ -47,12 +47,13 @@ class Picture:
     channels: dict[str, npt.NDArray[Any]]
     """The channels other than R, G and B, such as those of `aov`, by their names in an EXR file."""
     report: dict[str, Any]
-    """The members of `--report`: settings, speed, hashes and more. Only the error for an unfinished job."""
+    """The members of `--report`: settings, speed, hashes and more. For an unfinished job it has only `error`."""
     recipe: dict[str, Attribute]
     """All values that determine the bits, as in the file (`parray:...`). `parray verify` checks them."""
 
     def __init__(self, exr: bytes, report: dict[str, Any], png: Optional[bytes] = None) -> None:
-        """`png` is the file to show and save if it has labels or postprocessing."""
+        """`exr` and `png` are the bytes of files. `png`: the picture with labels or postprocessing, to show and save. None:
+        it is made from the pixels."""
         channels, attributes = read_exr(exr)
         self.pixels = np.stack([channels.pop(name) for name in "RGB"], axis=-1)
         self.channels = channels
@@ -63,8 +64,8 @@ class Picture:
 
     @property
     def error(self) -> Optional[Error]:
-        """The error of the pixels, for a denoised picture the error after denoising. None if it is not known: with fewer
-        than two samples per pixel, or for an unfinished job."""
+        """The error of the pixels; that of a denoised picture is the error after denoising. None if it is not known, as with
+        fewer than two samples per pixel. An unfinished job may have an error, too."""
         return Error.of(self.report.get("denoised", self.report.get("error")))
 
     @property

@@ -64,7 +64,8 @@ def convert(file: Path, scene: Path, options: list[str]) -> None:
 
 
 def validate(file: Path, options: Sequence[str]) -> dict[str, Any]:
-    """Returns what `parray validate` says about a particle file; nothing if it refuses the file or the options."""
+    """Returns what `parray validate` says about a particle file: an entry of `particle_files`. Returns an empty dict if it
+    refuses the file or the options."""
     command = [find_program(), "validate", str(file), "--json", *options]
     done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
     files = json.loads(done.stdout).get("particle_files", []) if done.returncode == 0 else []
@@ -72,7 +73,7 @@ def validate(file: Path, options: Sequence[str]) -> dict[str, Any]:
 
 
 def legends(file: Path) -> list[dict[str, Any]]:
-    """Returns the legends that a picture of the file has."""
+    """Returns the legends for a file: the member `legends` of the report of a picture of 4 x 4 pixels."""
     report = file.with_name("legends.json")
     command = [find_program(), "render", str(file), "-q", "-o", str(file.with_name("legends.exr")), "--report", str(report)]
     command += ["--width", "4", "--height", "4", "--spp", "1"]

@@ -21,13 +21,13 @@ from .sources import count_of_frames, is_particle_object, particles_of
 
 
 class Tools(NamedTuple):
-    """What the program does for several pictures."""
+    """Functions that run `parray`, which calls_of() needs."""
 
     convert: Convert
     validate: Callable[[Path, Sequence[str]], dict[str, Any]]
     """Runs `parray validate --json` for a particle file."""
     legends: Callable[[Path], list[dict[str, Any]]]
-    """Returns the legends of a file, which a picture of few pixels has."""
+    """Returns the legends for a file. Renders a picture of few pixels to find them."""
     has_option: Callable[[str], bool]
     """Returns whether `parray render` has an option."""
 
@@ -47,7 +47,7 @@ _MIXED = "frames: files and other sources are mixed: give frames of one kind"
 
 
 class _Frame(NamedTuple):
-    """A source and the frame of it."""
+    """One frame: a source and, if the source has several frames, the number of the frame in it."""
 
     source: Any
     number: Optional[int]
@@ -72,7 +72,8 @@ def calls_of(source: Any, radii: Any, colors: Any, given: Mapping[str, Any], too
 
 
 def _frames_of(source: Any, chosen: Any, tools: Tools) -> Optional[list[_Frame]]:
-    """Returns the frames of a call. Returns None for a single one."""
+    """Returns the frames of a call: those of `chosen`, the keyword `frames`, or all of a series. Returns None for a single
+    picture."""
     series = _series(source)
     if chosen is None:
         return None if series is None else [_Frame(item, None) for item in series]
@@ -102,7 +103,7 @@ def _count_of(source: Any, tools: Tools) -> int:
 
 
 def is_series(source: Any) -> bool:
-    """Returns whether the source has several frames without a keyword, like a list of sources."""
+    """Returns whether the source itself is a series of frames, such as a list of sources. Then `frames` is not needed."""
     return _series(source) is not None
 
 
@@ -162,8 +163,8 @@ def _of_frames(frames: list[_Frame], radii: Any, colors: Any, options: dict[str,
 
 
 def _with_all_names(particles: Sequence[Particles], by: Any, item: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Returns the items of the scenes. The program gives colours to the names of a file in their order. So that a name has
-    one colour in all frames, a frame gets a hidden particle for each name that it lacks."""
+    """Returns the items of the scenes. The program colours the names of a file by their order among all its names. So that a
+    name has one colour in all frames, each frame gets a hidden particle for every name that only other frames have."""
     column = {"type": "type", "chain": "chain", "atom": "name"}.get(by, "") if isinstance(by, str) else ""
     names = {name for some in particles for name in some.texts.get(column, ())}
     items = []
@@ -219,7 +220,8 @@ def _is_log(options: Mapping[str, Any]) -> bool:
 def _fix_shows(
     sources: Sequence[tuple[Any, Mapping[str, Any]]], options: dict[str, Any], folder: Path, tools: Tools
 ) -> None:
-    """Gives each part in `show` that has colours by a number of its own the range of its selection in all frames."""
+    """Sets the range of each part in `show` that has its own `color_by` with numbers: the range of its selection in all
+    frames."""
     fixed: list[Any] = []
     for part in options.get("show", []):
         if not isinstance(part, str) and "color_by" in part and "select" in part and needs_range(part):

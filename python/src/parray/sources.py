@@ -57,7 +57,7 @@ def count_of_frames(source: Any) -> Optional[int]:
 
 
 def is_particle_object(source: Any) -> bool:
-    """Returns whether the source is a file, a scene or an object with particles, not an array of numbers."""
+    """Returns whether the source is a path, a scene or an object with particles, not an array of numbers."""
     if isinstance(source, (str, os.PathLike, dict)):
         return True
     return any(is_it(source) for is_it, _ in (*_WITH_FRAMES, *_OTHERS))
@@ -242,7 +242,7 @@ def _add_properties(particles: Any, found: Particles) -> None:
 
 
 def _add_residues(data: Any, found: Particles) -> None:
-    """Adds chains of the table of residues, and its numbers if the particles have none."""
+    """Adds the chains in OVITO's table of residues and, if the particles lack residue numbers, places in it, from 1."""
     residues = getattr(data, "residues", None)
     if residues is None or "residue_index" not in found.numbers:
         return

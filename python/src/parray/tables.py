@@ -82,7 +82,7 @@ def _values(column: Any) -> npt.NDArray[Any]:
 
 
 def _positions(rest: Columns) -> npt.NDArray[Any]:
-    """Takes the positions out of the columns."""
+    """Returns the positions and removes their columns from `rest`."""
     for way in _WAYS:
         names = [way.format(axis) for axis in _AXES]
         if all(name in rest for name in names):
