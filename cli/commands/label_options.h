@@ -19,8 +19,8 @@ class RenderOptions;
 /// Heading of the labels in a command's help.
 inline constexpr const char* labels_group = "Labels, not in EXR files (default: the scene's)";
 
-/// Labels drawn on a picture, and its size in print. An option that is absent leaves the scene's
-/// value.
+/// The options for labels drawn on a picture, and for its size in print. An option that is absent
+/// leaves the scene's value.
 class LabelOptions {
  public:
   /// Declares the options. They pass the width in pixels that follows from the size in print to

@@ -11,7 +11,7 @@
 #include "cli/output/extra_channels.h"
 #include "cli/output/write_outputs.h"
 
-/// The steps of a render before its submission.
+/// The steps of a render before its submission as a job.
 namespace parray::commands {
 
 /// How a command renders pictures.
@@ -99,11 +99,12 @@ void check_request(const RenderRequest& request);
 /// A render of one picture, ready for submission.
 struct PreparedRender {
   Submission submission;
-  OutputPaths outputs;  ///< output files and steps, by the options and by the scene
+  OutputPaths outputs;  ///< files, and steps after tracing, that options and scene ask for
   ExtraChannels extra;  ///< the channels to trace after the render, and the denoising
 };
 
-/// Checks the request, its output files and its viewer, then loads the scene. Throws InputError.
+/// Checks the request, its output files and its viewer (--display), then loads the scene. Throws
+/// InputError.
 PreparedRender prepare(const RenderRequest& request);
 
 /// Sets submission.reserved_seconds: the part of the time limit for steps of this command, such as

@@ -8,7 +8,8 @@
 #include "cli/input/scene_file/duplicates.h"
 #include "cli/input/scene_file/scene_file.h"
 
-/// Output of the commands: on stdout, warnings on stderr.
+/// Output of the commands: on stdout, warnings on stderr. The functions *_cell() return texts for
+/// the cells of a table.
 namespace parray::commands {
 
 /// Prints an indented JSON document. Bytes that are not UTF-8 become U+FFFD.

@@ -9,7 +9,7 @@
 #include "cli/output/preview.h"
 #include "cli/output/write_outputs.h"
 
-/// The steps of a render after its submission.
+/// The steps of a render after its submission as a job.
 namespace parray::commands {
 
 /// Returns options for a client of a farm in this process. `farm` must outlive the client.
@@ -27,8 +27,8 @@ void stop_interrupted(EmbeddedFarm& farm);
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image);
 
-/// Returns how long to wait before the next request about a job: 2 % of `waited`, but 2 to 100 ms.
-/// `waited`: time since the command began to wait for the job.
+/// Returns how long to wait before the next request about a job: 2 % of `waited`, within 2 to 100
+/// ms. `waited`: time since the command began to wait for the job.
 Time polling_interval(Time waited);
 
 /// Shows the progress of a job on stderr, and its unfinished picture by --preview and --display,

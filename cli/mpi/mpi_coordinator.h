@@ -39,9 +39,9 @@ class MpiCoordinator {
     ProgressOptions following;
     std::uint32_t threads = 1;      ///< threads of rank 0
     std::uint32_t all_threads = 1;  ///< threads of all ranks together
-    /// See WindowCollector::Hooks.
+    /// Returns the non-finite samples of a cell: see WindowCollector::Hooks.
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
-    /// See RankJudge::Hooks.
+    /// Traces a cell in rank 0, to decide which rank is wrong: see RankJudge::Hooks.
     std::function<TracedCells(const CellBatch& cell)> trace;
     std::vector<std::string> hosts;        ///< host name of each rank that renders, by rank
     std::function<void()> reset_watchdog;  ///< called in each turn of run_pass() and barrier()

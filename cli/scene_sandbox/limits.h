@@ -8,8 +8,9 @@
 
 #include "cli/scene_sandbox/confinement.h"
 
-/// Limits of parray-http-child, and its files. The current directory of the process has the files
-/// of a request. Pictures are written there, jobs and forecasts to its parent.
+/// Limits and files of parray-http-child, the process that a coordinator starts for one HTTP
+/// request. Its current directory has the files of the request. It writes pictures there, and jobs
+/// and forecasts to the parent directory.
 namespace parray::scene_sandbox {
 
 /// Limits of parray-http-child.
@@ -18,8 +19,8 @@ struct ChildResources {
   std::size_t seconds = 0;  ///< processor time in seconds
 };
 
-/// Returns the permissions of this process: the parent of its current directory, with all folders
-/// in it, and files of at most `file_bytes` bytes.
+/// Returns the permissions of this process: access to the parent of its current directory and all
+/// folders in it, and files of at most `file_bytes` bytes.
 Enclosure enclosure_of(std::uint64_t file_bytes);
 
 /// Limits memory and processor time (SIGXCPU ends the process), and calls enclose_process() with

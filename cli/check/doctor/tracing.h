@@ -8,7 +8,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/trace/selfcheck/fingerprint.h"
 
-/// Whether this machine traces the right bits.
+/// Checks whether this machine traces the right bits.
 namespace parray::doctor {
 
 /// Returns a function that makes tracers of `isa`, whatever the settings say.

@@ -45,10 +45,10 @@ struct ExponentPrior {
   double deviation = 0;  ///< 0: the exponent is known
 };
 
-/// Returns how many points `samples` Sobol points per pixel are worth, `samples` > 0, half of them
-/// in each replicate. Sobol points are spread most evenly if their number is a power of two. Any
-/// other number is worth as much as a smaller number of points, by which the error falls smoothly:
-/// the result. Measured over six scenes, 4 to 512 samples: tests/experiments/RESULTS.md.
+/// Returns how many evenly spread points `samples` > 0 Sobol points per pixel are worth. Their
+/// advantage over independent samples is a power of the result. The result equals `samples` for
+/// powers of four, which are spread most evenly, and is less for other numbers. Each replicate has
+/// half of the points. Measured over six scenes, 4 to 512 samples: tests/experiments/RESULTS.md.
 double even_points(double samples);
 
 /// Kind of the samples of an ErrorModel.
@@ -108,8 +108,8 @@ struct Forecast {
 
 /// The upper end of the confidence interval of a picture's error, as a function of the error and of
 /// the number n of samples per pixel: sqrt(factor * rmse^2 + unseen / n). `unseen` stands for light
-/// that no sample has shown; see ErrorEstimate. A picture meets its target when this upper end
-/// does.
+/// that no sample has shown; see ErrorEstimate. A picture meets its target when this upper end is
+/// at most the target.
 struct UpperBound {
   double factor = 1;
   double unseen = 0;
@@ -120,8 +120,8 @@ struct UpperBound {
 struct TargetLaws {
   const ErrorModel& even;    ///< every pixel has the same number of samples
   const ErrorModel& placed;  ///< noisy pixels have more samples
-  UpperBound stated_even;
-  UpperBound stated_placed;
+  UpperBound stated_even;    ///< upper end for the errors of `even`
+  UpperBound stated_placed;  ///< upper end for the errors of `placed`
   Sampler sampler = Sampler::independent;
   /// Whether passes place samples by noise: from pilot_samples per pixel on, in a pass that adds at
   /// least half as many samples as there are.

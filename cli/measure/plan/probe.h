@@ -22,9 +22,9 @@ struct ProbeRequest {
   /// of the first.
   std::vector<Sampler> samplers;
   int threads = 1;
-  double seconds = 3;           ///< longest time of the probe, about; without the accelerator's
-  double error = 0;             ///< target error; 0: none
-  double goal_seconds = 0;      ///< time of the planned render; 0: the time that `error` takes
+  double seconds = 3;       ///< about the longest time of the probe, after building the accelerator
+  double error = 0;         ///< target error; 0: none
+  double goal_seconds = 0;  ///< time of the planned render; 0: the time that `error` takes
   std::filesystem::path image;  ///< the picture file of the render: its format matters
 };
 

@@ -29,7 +29,7 @@ struct Run {
   double mse_scatter = 0;   ///< standard error of `mse`, from the reference's own error
   double mse_8bit = 0;      ///< `mse` of the picture rounded to 8 bits
   double quantisation = 0;  ///< mean square of the change by rounding to 8 bits
-  double bias = 0;          ///< mean error
+  double bias = 0;          ///< mean of picture minus reference
   double claimed = 0;       ///< RMSE that the picture states
   double low = 0;           ///< the 95 % interval that the picture states for its RMSE
   double high = 0;
@@ -89,7 +89,7 @@ struct Row {
   double rays = 0;             ///< per sample, mean
   double mse = 0;              ///< mean
   double mse_deviation = 0;    ///< standard deviation of the `mse` of one run
-  double rmse = 0;             ///< square root of mse; 0, not known, if that is below 0
+  double rmse = 0;             ///< square root of mse; 0: not known, because mse is not above 0
   double rmse_deviation = 0;   ///< standard deviation of the RMSE of one run
   double rmse_8bit = 0;        ///< square root of the mean of Run::mse_8bit; 0 if that is below 0
   double claimed = 0;          ///< root mean square of Run::claimed

@@ -27,8 +27,9 @@ struct Request {
 /// the log already has. Not thread-safe.
 class Session {
  public:
-  /// All arguments except `show` must outlive this object. After the pilot, measure() calls
-  /// `show` after most renders with the completed share of the session, 0 to 1.
+  /// All arguments except `show` must outlive this object. After the pilot (short first renders,
+  /// see Pilot), measure() calls `show` after most renders with the completed share of the session,
+  /// 0 to 1.
   Session(const Request& request, Bench& bench, MeasurementLog& log,
           std::function<void(double)> show);
 
