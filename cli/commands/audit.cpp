@@ -68,7 +68,8 @@ void print_audit(const Audit& audit, const std::string& sha256, std::uint64_t jo
   std::cout << "job " << job << ": " << audit.merged << " of " << counted(audit.cells, "cell")
             << " of " << (audit.passes == 1 ? "1 pass" : std::to_string(audit.passes) + " passes")
             << " merged, " << (audit.problems.empty() ? "each once" : "with problems") << ", in "
-            << counted(audit.leases, "lease") << "; " << audit.set_back << " set back\n";
+            << counted(audit.leases, "lease") << "; " << counted(audit.set_back, "cell")
+            << " removed because of faulty machines\n";
   std::vector<std::vector<std::string>> rows;
   for (const Audit::Worker& worker : audit.workers) {
     rows.push_back({printable(worker.name), std::to_string(worker.threads),

@@ -402,15 +402,15 @@ void Session::add_notes(TradeoffResults& results) const {
     }
   }
   if (smallest > 0 && results.reference_rmse > reference_to_smallest * smallest) {
-    results.notes.push_back(
-        "the reference's own RMSE is " + formatted("%.2g", results.reference_rmse / smallest) +
-        " of the smallest measured one. It is subtracted, but makes small errors less certain: use "
-        "a longer --time-budget");
+    results.notes.push_back("the reference's own RMSE is " +
+                            formatted("%.2g", results.reference_rmse / smallest) +
+                            " times the smallest measured one. It is subtracted, but makes small "
+                            "errors less certain: use a longer --time-budget");
   }
   if (farthest > 1.1 || (farthest > 0 && farthest < 1 / 1.1)) {
-    results.notes.push_back("in the worst row, the parts of the error add up to " +
+    results.notes.push_back("in the row where they differ most, the predicted error is " +
                             formatted("%.2f", farthest) +
-                            " of the measured error (column predicted_to_rmse)");
+                            " times the measured one (column predicted_to_rmse)");
   }
   if (runs_missing_ > 0) {
     results.notes.push_back("the time is used up: " + counted(runs_missing_, "render") +
