@@ -132,8 +132,8 @@ void add_drawing(OutputPaths& outputs, const std::string& drawing,
     add_steps(outputs, {}, {}, file, scene, settings);
   } catch (const json::exception& error) {
     throw RunError(
-        std::string("what the coordinator says about the picture's labels is damaged: ") +
-        error.what());
+        std::string("the coordinator's description of labels and outlines is damaged (") +
+        error.what() + "): write the picture as .exr, without them");
   }
 }
 

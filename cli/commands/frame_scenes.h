@@ -31,8 +31,8 @@ class FrameScenes {
   FrameScenes(std::string file, const RenderOptions& options, NamedFiles named,
               std::uint32_t first = 0);
 
-  /// Returns whether all frames are equal: the file is not numbered, and has no trajectory, or the
-  /// scene or the options (--frame) choose one frame of the trajectory.
+  /// Returns whether all frames are equal: the file is not numbered, and either there is no
+  /// trajectory, or the scene or the option --frame chooses one of its frames.
   [[nodiscard]] bool is_still() const;
   /// Returns whether the file is a scene file. ParRay does not choose the camera of such a file.
   [[nodiscard]] bool is_scene() const { return is_scene_; }

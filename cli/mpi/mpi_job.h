@@ -26,9 +26,9 @@ struct MpiJob {
   }
 };
 
-/// Sends the job from rank 0 to all ranks, which return it, and the scene unless rank 0 is alone.
-/// `job` is null in the other ranks. Null in rank 0: there is no job, and all ranks return nothing.
-/// Collective.
+/// Sends the job and, unless rank 0 is alone, the scene from rank 0 to all ranks. Returns the job
+/// in each of them. `job` is null in the other ranks. Null in rank 0: there is no job, and all
+/// ranks return nothing. Collective.
 std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job,
                                     const std::string& scene_bytes = {});
 

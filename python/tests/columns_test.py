@@ -287,7 +287,7 @@ class Several(Test):
         pictures = parray.render(self.positions, 0.2, views="front, iso", **SMALL)
         expected = [parray.render(self.positions, 0.2, view=view, **SMALL) for view in ("front", "iso")]
         self.assertEqual([p.report["image_sha256"] for p in pictures], [p.report["image_sha256"] for p in expected])
-        self.refused(parray.InputError, "views: give either", parray.render, HELIX, views=["top"], view="top")
+        self.refused(parray.InputError, "views: cannot be combined", parray.render, HELIX, views=["top"], view="top")
 
     def test_pictures_are_shown_and_saved_together(self):
         pictures = parray.render(self.positions, 0.2, views="front,iso", **SMALL)

@@ -196,16 +196,16 @@ def render(
     style     also shapes of the particles: "spheres", "balls-and-sticks" (default for small molecules), "sticks". Both:
               ("flat", "sticks")
     bonds, stick_radius   bonds that sticks show ("auto", "file", "off"), and the radius of sticks
-    arrows, arrow_scale   a vector of each particle as an arrow: "velocity", "force" or "mux,muy,muz", and its length
+    arrows, arrow_scale   a vector of each particle as an arrow: "velocity", "force" or "mux,muy,muz"; length for a vector of length 1
     solid_cell   True: the edges of the cell are rods
     up, azimuth, elevation, zoom   change the camera: up="y", angles in degrees, zoom=1.5
     background   colour of the PNG picture's background, such as "black" or "#1e90ff", for particles with the program's camera
     quality   "draft", "good" or "print": size and error
     views     several views, such as "front,iso": returns a list of pictures
     legend, legend_title, scale_bar, unit, time_stamp, cell, text   labels on the PNG picture, which is shown and saved as .png
-    outline, depth_cue        postprocessing of the PNG picture: True, False, or a strength
+    outline, depth_cue        postprocessing of the PNG picture: True, False, or a width (outline) or strength (depth_cue)
     font_size, width_mm, dpi  size of the PNG picture in print
-    labels    False: no labels, even if the scene has some
+    labels    False: leaves out the labels that the scene asks for
     aov       extra channels, see Picture.channels: "depth,normal" or a list
     like      a picture file of ParRay: renders the same picture again
     progress  False: none; a function: called with a Progress up to five times a second; otherwise a bar in a terminal or

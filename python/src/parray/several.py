@@ -59,7 +59,7 @@ def calls_of(source: Any, radii: Any, colors: Any, given: Mapping[str, Any], too
     views, frames = options.pop("views", None), _frames_of(source, options.pop("frames", None), tools)
     if views is not None:
         if frames is not None or "view" in options:
-            raise InputError("views: give either views or one view, and one frame: or call render() for each frame")
+            raise InputError("views: cannot be combined with view or frames: leave these out, or call render() for each frame")
         names = views.split(",") if isinstance(views, str) else views
         return iter([Call(source, radii, colors, {**options, "view": name.strip()}) for name in names])
     if frames is None:
