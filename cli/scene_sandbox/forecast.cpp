@@ -130,8 +130,8 @@ std::vector<std::string> notes_of(const UploadRequest& request, const Submission
         "processors of the workers are free.");
     if (threads > 0 && !ends_by_time(settings)) {
       notes.emplace_back(
-          "Unless a time limit ends the picture, the interval of the time covers worker "
-          "threads up to 1.5 times faster or slower than the server's thread.");
+          "The interval of the time allows for threads of workers that are up to 1.5 times faster "
+          "or slower than the server's thread, if no time limit ends the picture.");
     }
   }
   if (threads == 0) notes.emplace_back("No workers are connected.");

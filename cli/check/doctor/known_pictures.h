@@ -20,7 +20,7 @@ RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint64_t sa
 Scene under_white_sky();
 
 /// Returns a white and a mirror ball that touch, and a glass ball with a bubble. Every sample is 1
-/// if no path reaches max_depth; use about 2^16.
+/// if no path reaches max_depth: set max_depth to about 2^16.
 Scene white_balls();
 
 /// Returns a white ball of `radius` around the camera, which is `off_centre` radii from its centre:

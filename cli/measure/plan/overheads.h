@@ -17,7 +17,7 @@ struct Collecting {
   Effort again;     ///< time of each pass
   Effort touching;  ///< additional time of the first pass: it touches memory for the first time
 };
-/// Measures it for a pass that gives each pixel the samples that it has in `traced`.
+/// Measures this time for a pass that gives each pixel as many samples as it has in `traced`.
 Collecting effort_of_collecting(const Framebuffer& traced);
 
 /// Measures the steps after the last sample: estimates, hashes, and writing a file with the
