@@ -340,9 +340,11 @@ class Job:
             raise RenderError(f"job {self.id} {'failed' if now.state == 'failed' else 'was cancelled'}{reason}")
 
     def pause(self) -> None:
+        """Stops giving work of the job to workers. Keeps the results so far."""
         self._http.json("POST", self._path + "/pause")
 
     def resume(self) -> None:
+        """Continues a paused job."""
         self._http.json("POST", self._path + "/resume")
 
     def cancel(self) -> None:
