@@ -123,8 +123,8 @@ struct TargetLaws {
   UpperBound stated_even;    ///< upper end for the errors of `even`
   UpperBound stated_placed;  ///< upper end for the errors of `placed`
   Sampler sampler = Sampler::independent;
-  /// Whether passes place samples by noise: from pilot_samples per pixel on, in a pass that adds at
-  /// least half as many samples as there are.
+  /// Whether passes place samples by noise: from pilot_samples (passes.h) per pixel on, in a pass
+  /// that adds at least half as many samples as there are.
   bool placing_pays = true;
 };
 

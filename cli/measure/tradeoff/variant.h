@@ -75,6 +75,7 @@ struct Pilot {
   double error = 0;     ///< RMSE with pilot_samples per pixel; 0: the picture has no noise
   double denoise = 0;   ///< seconds of denoising one picture
 };
+/// Samples per pixel of the pilot's picture.
 inline constexpr std::uint32_t pilot_samples = 16;
 /// Scenes with more spheres do not try linear search.
 inline constexpr std::size_t most_linear = 4096;
