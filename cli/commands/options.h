@@ -146,10 +146,10 @@ class RenderOptions {
   /// have the same order. Call after add_like_to(), while the command line exists.
   [[nodiscard]] std::string as_given() const;
   /// Returns the scene's settings, replaced by the options that are given. With a target or a time
-  /// limit and without --spp, the samples per pixel are limits::max_samples_per_pixel: no limit.
-  /// An option that says when to stop replaces the target error of `of_scene` and --quality.
-  /// Without --adaptive, the picture is adaptive if it has a target, a time limit or a list of
-  /// passes. Throws InputError, which names the options, if the result is impossible.
+  /// limit and without --spp, samples_per_pixel is the largest possible number, so that it does not
+  /// end the render. An option that says when to stop replaces the target error of `of_scene` and
+  /// --quality. Without --adaptive, the picture is adaptive if it has a target, a time limit or a
+  /// list of passes. Throws InputError, which names the options, if the result is impossible.
   [[nodiscard]] Boxed<RenderSettings> over(const RenderSettings& of_scene) const;
 
  private:

@@ -55,8 +55,8 @@ void require(RenderMode mode, Feature feature, const std::string& name);
 /// A loaded scene, ready for submission.
 struct LoadedSubmission {
   Submission submission;
-  /// What else the scene file contains. Its `scene` has only the camera left: `submission` has the
-  /// rest.
+  /// What else the scene file contains. Its `scene` has only the camera left; `submission` has the
+  /// whole scene.
   SceneFile rest;
   std::string original_sha256;     ///< image_sha256 of the picture of --like; empty: no --like
   bool original_denoised = false;  ///< the picture of --like is denoised

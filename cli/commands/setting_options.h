@@ -31,7 +31,7 @@ inline bool rarely_needed(const Setting& setting) {
 std::uint64_t value_of(IntegerRange range, const std::string& text);
 bool value_of(OnOff rule, const std::string& text);
 std::vector<std::uint64_t> value_of(Passes rule, const std::string& text);
-/// Replaces each backslash that an n follows, and this n, by a line break.
+/// Replaces each pair of a backslash and an n by a line break.
 std::string value_of(LabelText rule, const std::string& text);
 inline double value_of(NumberRange range, const std::string& text) {
   return real_number(text, range);

@@ -18,9 +18,8 @@ struct VerifiedPicture {
   /// The contents of the file. For a denoised picture, `image` is the picture before denoising.
   ImageFile file;
   Recipe recipe;
-  /// Says which hash in the recipe is wrong: that of the denoised or of the transparent pixels.
-  /// Empty if they are right, or if the file has 8 bits or other pixels: damage_of() compares
-  /// those.
+  /// Says which hash in the recipe is wrong: that of the denoised or of the transparent pixels of
+  /// an EXR file. Empty: neither is. damage_of() compares all other hashes.
   std::string damage{};
   std::vector<float> alpha{};  ///< one per pixel; empty: opaque, or denoised
 

@@ -408,7 +408,7 @@ void Session::add_notes(TradeoffResults& results) const {
                             "errors less certain: use a longer --time-budget");
   }
   if (farthest > 1.1 || (farthest > 0 && farthest < 1 / 1.1)) {
-    results.notes.push_back("in the row where they differ most, the predicted error is " +
+    results.notes.push_back("in the worst row, the predicted error is " +
                             formatted("%.2f", farthest) +
                             " times the measured one (column predicted_to_rmse)");
   }
