@@ -94,7 +94,7 @@ void describe_values(HiddenClasses /*rule*/, Option& option) {
 
 bool value_of(OnOff /*rule*/, const std::string& text) {
   if (text == "on" || text == "off") return text == "on";
-  throw InputError("'" + printable(text) + "' is none of on, off");
+  throw InputError("'" + printable(text) + "' is neither on nor off");
 }
 std::vector<std::uint64_t> value_of(Passes /*rule*/, const std::string& text) {
   return whole_numbers(text);

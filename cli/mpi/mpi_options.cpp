@@ -21,7 +21,7 @@ MpiMode mpi_mode_from(std::string_view name) {
     if (mode_names[i] == name) return static_cast<MpiMode>(i);
   }
   throw InputError("'" + printable(std::string(name)) +
-                   "' is none of window, messages, static, openmp, sequential");
+                   "' is unknown: use one of window, messages, static, openmp, sequential");
 }
 
 void MpiOptions::add_to(Command& command) {
