@@ -233,7 +233,7 @@ class OneHash(MpiCase):
         cases = {"no-such-scene.json": ["no-such-scene.json"],
                  "--no-such-option": [SCENE, "--no-such-option"],
                  "0": [SCENE, "--threads", 0],
-                 "none of window": [SCENE, "--mode", "magic"],
+                 "unknown: use one of window": [SCENE, "--mode", "magic"],
                  "--target-error 1e-09": [SCENE, "-o", "a.exr", "--target-error", "1e-9"],
                  "no-such-folder": [SCENE, *SIZE, "-o", "/no-such-folder/a.exr"]}
         for wanted, options in cases.items():
