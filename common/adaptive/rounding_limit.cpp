@@ -30,7 +30,7 @@ void check_above_rounding(std::string_view option, double error, double largest_
   if (error <= 0 || error >= least) return;
   throw InputError(std::string(option) + " " + number_text(error) +
                    " is too small: pictures hold 32-bit numbers, and rounding to them causes an "
-                   "error of up to " +
+                   "error of about " +
                    rounded_up(rounding) + " in this scene, with every --precision: use " +
                    rounded_up(least) + " or more");
 }
