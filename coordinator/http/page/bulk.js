@@ -10,7 +10,7 @@ const mostIds = 500;  // of one request
 const words = {  // [label, the server's word, text for jobs that have been changed, text of the question]
   pause: ['Pause', 'pause', 'paused'], resume: ['Resume', 'resume', 'resumed'],
   priority: ['Priority', 'priority', 'changed', 'Among the jobs of one user, those of higher priority begin first.'],
-  requeue: ['Requeue', 'requeue', 'queued again', 'They return to the queue and continue from their samples.'],
+  requeue: ['Requeue', 'requeue', 'queued again', 'They return to the queue and continue from their stored samples.'],
   cancel: ['Cancel', 'cancel', 'cancelled', 'Their workers stop. The samples are kept, and you can requeue the jobs.'],
   delete: ['Delete', 'forget', 'deleted', 'The server deletes the jobs and their pictures. This cannot be undone.']};
 const risky = ['cancel', 'delete'];

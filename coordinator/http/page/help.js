@@ -16,7 +16,7 @@ const glossary = [
   ['lease', 'A part of a picture that a worker traces. When the worker is lost, another worker gets the lease.'],
   ['drain', 'A drained worker finishes its leases and gets no more. “Resume” ends this.'],
   ['quarantine', 'A machine that returned wrong results gets no more leases. “Resume” ends this. If the machine has no key of its own, it also ends by itself after a day.'],
-  ['requeue', 'A failed or cancelled job returns to the queue and continues from its samples.'],
+  ['requeue', 'A failed or cancelled job returns to the queue and continues from its stored samples.'],
   ['quick look', 'A small, fast picture of a job that is shown until the job has its own samples.'],
   ['series', 'An animation: one job for each frame, controlled together.']];
 
