@@ -11,8 +11,8 @@ namespace parray::proto {
 /// Chooses among the addresses of a coordinator: the primary and its standbys. It begins with the
 /// first address. It leaves a silent address for the next one, and the last for the first. An
 /// address is silent if nothing has arrived within a time limit after the first unanswered message.
-/// The limit is 5 s, and a tenth of a microsecond more for each byte sent (10 MB/s). It doubles
-/// each time that all addresses have been silent in turn: the 5 s grow to 80 s at most.
+/// The limit is 5 s, and a tenth of a microsecond more for each byte sent (10 MB/s). The 5 s
+/// double each time that all addresses have been silent in turn, up to 80 s.
 class AddressList {
  public:
   /// `text` holds addresses separated by commas. Throws InputError if an address is empty or occurs

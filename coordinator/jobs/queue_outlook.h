@@ -32,7 +32,7 @@ class QueueOutlook {
   /// The place of a job that waits.
   struct Place {
     std::uint32_t number = 0;  ///< 1: begins next
-    JobId behind = 0;  ///< the same user's job that goes first; 0: this job has the next turn
+    JobId behind = 0;  ///< the user's job that goes first; 0: this job has the user's next turn
     std::uint32_t priority_behind = 0;  ///< priority of the job `behind`
     std::optional<double> starts_in;    ///< seconds; none: unknown
   };

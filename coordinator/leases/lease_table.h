@@ -118,8 +118,8 @@ class LeaseTable {
   /// Moves the deadline of a worker's lease, but never to an earlier time. False: `worker` does not
   /// hold the lease.
   bool extend(WorkerId worker, Epoch epoch, Time deadline);
-  /// Takes all leases from a lost worker, as give_back() does, except for checks: see
-  /// take_orphans(). Returns the leases.
+  /// Takes all leases from a lost worker, with the consequences of reject(). take_orphans() says
+  /// what differs for checks. Returns the leases.
   std::vector<Lease> drop_worker(WorkerId worker);
   struct Expired {
     Lease lease;

@@ -86,7 +86,7 @@ struct Farm {
   /// Adds a line to the history of a job.
   void note(Job& job, const std::string& what) { job.record.note(options.wall_clock(), what); }
   /// Gives the record of a job to the job thread, which stores it. Does nothing for a job that is
-  /// finishing: the store has its last record already.
+  /// finishing: the job thread has its last record already.
   void keep(const Job& job);
   /// Calls `then` in the loop when the store has committed all that was given to the job thread.
   /// Without a store, calls it at once.

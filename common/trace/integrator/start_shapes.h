@@ -10,8 +10,9 @@
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/kernel_scene.h"
 
-/// Finds the shapes that a path may begin inside of. Each sample tests whether the start of its own
-/// ray is inside a shape. This file finds the shapes that a sample must test.
+/// Finds the shapes that a path may begin inside of. Each sample tests, with the stored numbers of
+/// the shapes, whether its own ray starts inside one. This file finds the shapes that a sample must
+/// test.
 namespace parray::trace {
 
 /// A box of pixels, both ends included.
