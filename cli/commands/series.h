@@ -29,8 +29,8 @@ struct FrameJobs {
   std::string token{};
   /// Largest number of frames that are submitted and not yet delivered.
   std::size_t most_unfinished = std::numeric_limits<std::size_t>::max();
-  /// If the first frame cannot be loaded, run_frames() throws InputError and tries no other frame.
-  /// No effect if frames of an earlier run are still to be delivered.
+  /// If the first frame that this run loads cannot be loaded, run_frames() throws InputError and
+  /// tries no other frame. No effect if frames of an earlier run are still to be delivered.
   bool first_must_load = false;
   bool wait = true;  ///< until all frames have ended
   /// `preview` is empty. `on_end` runs when all frames of a series have ended, if `wait`.

@@ -58,7 +58,7 @@ struct JobStatus {
   double target_error = 0;       ///< 0: none
   double target_half_width = 0;  ///< 0: none
   bool denoise = false;          ///< its finished pictures are denoised when they are written
-  bool drawn = false;            ///< its finished 8-bit pictures get the labels of JobHead::drawing
+  bool drawn = false;            ///< JobHead::drawing is drawn on its finished 8-bit pictures
 
   /// Returns whether the job is done, failed or cancelled.
   [[nodiscard]] bool ended() const;

@@ -90,9 +90,9 @@ struct Sweep {
 /// Varies one setting of `base` at a time, not all combinations. Tries samples per pixel from 16 to
 /// 4096 by doubling, and targets of adaptive passes, for each sampler; 16, 64, 256 ... Sobol
 /// samples with denoising; the depths depths_of(); precisions; accelerators. Settings that exceed
-/// their share of `seconds` get fewer runs (16, 8 or 4; denoised: 4 or 2), or are left out. At
-/// least 2 runs get `base`, `also` and, for each sampler, the first settings of each VariedSetting
-/// except `accelerator`.
+/// their share of `seconds` get fewer runs (16, 8 or 4; denoised: 4 or 2), or are left out.
+/// Some settings get at least 2 runs: `base`, `also` and, for each sampler, the first settings of
+/// each VariedSetting except `accelerator`.
 Sweep plan_sweep(const RenderSettings& base, const std::vector<Boxed<RenderSettings>>& also,
                  const Pilot& pilot, double seconds);
 
