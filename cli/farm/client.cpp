@@ -106,7 +106,8 @@ JobStatus job_status(const nlohmann::json& map) {
     job.denoise = map.value("denoise", false);
     job.drawn = map.value("drawn", false);
   } catch (const nlohmann::json::exception& error) {
-    throw RunError(std::string("reading the coordinator's answer: ") + error.what());
+    throw RunError(std::string("the coordinator's answer is damaged (") + error.what() +
+                   "): use parray and parray-coordinator of the same release");
   }
   return job;
 }
