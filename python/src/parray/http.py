@@ -18,7 +18,7 @@ _TIMEOUT = 60  # seconds of silence in one request
 
 
 class Form:
-    """A body of type multipart/form-data (RFC 7578). Reads its files while they are sent. Each attempt to send iterates over it."""
+    """A body of type multipart/form-data (RFC 7578). Reads its files during sending. Each attempt iterates over it."""
 
     def __init__(self) -> None:
         self._boundary = uuid.uuid4().hex

@@ -167,8 +167,8 @@ def names_of(options: type) -> list[str]:
 
 
 def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Returns two dicts: the options that make the scene, and all others. Ignores options that are None. Raises TypeError for
-    a name that `options`, a class of keywords, does not have."""
+    """Returns two dicts: the options that make the scene, and all others. Ignores options that are None. Raises TypeError
+    for a name that `options`, a class of keywords, does not have."""
     known = names_of(options)
     for name in given:
         if name in _RENAMED:

@@ -71,7 +71,7 @@ def write_names(path: Path, particles: Particles) -> Path:
     """Writes PSF: segment, residue number, residue name, name of the atom, type, charge and mass.
 
     The program guesses elements from the masses of this file, then from the names, but not if all masses are 0. So the
-    masses are 0 if the particles have elements. Otherwise they are larger than that of any element: then the names decide."""
+    masses are 0 if the particles have elements. Otherwise they are larger than that of any element, so names decide."""
     count = len(particles)
     unknown = np.full(count, "?")
     texts = particles.texts

@@ -196,7 +196,8 @@ def render(
     style     also shapes of the particles: "spheres", "balls-and-sticks" (default for small molecules), "sticks". Both:
               ("flat", "sticks")
     bonds, stick_radius   bonds that sticks show ("auto", "file", "off"), and the radius of sticks
-    arrows, arrow_scale   a vector of each particle as an arrow: "velocity", "force" or "mux,muy,muz"; length for a vector of length 1
+    arrows, arrow_scale   a vector of each particle as an arrow: "velocity", "force" or "mux,muy,muz", and the length of
+              an arrow for a vector of length 1
     solid_cell   True: the edges of the cell are rods
     up, azimuth, elevation, zoom   change the camera: up="y", angles in degrees, zoom=1.5
     background   colour of the PNG picture's background, such as "black" or "#1e90ff", for particles with the program's camera

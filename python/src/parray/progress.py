@@ -60,7 +60,7 @@ ProgressOption = Union[bool, Callable[[Progress], object], None]
 
 
 class Shower:
-    """Base class of displays of the progress; shows nothing itself. It is a context manager: its end completes the display."""
+    """Base class of displays of the progress; shows nothing. It is a context manager: its end completes the display."""
 
     wants_preview = False
 
