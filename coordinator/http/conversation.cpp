@@ -310,6 +310,16 @@ class Engine final : public httplib::Server {
       send_and_close(response);
       return;
     }
+    // The answer to DELETE has no content, so it could not make the client stop sending.
+    if (had_body && from.method == "DELETE") {
+      whole = is_whole_ && reader != nullptr && discard_body(from, *reader);
+      if (!whole) {
+        const Problem problem(413, "this request does not take a body: send none");
+        send_reply(response, problem_reply(problem));
+        send_and_close(response);
+        return;
+      }
+    }
     bool asked = false;
     Request request = request_of(from, reader, whole);
     request.read_body = [&asked, read = request.read_body](BodySink& sink, bool form) {
@@ -319,13 +329,7 @@ class Engine final : public httplib::Server {
     const Reply reply = answer_(request);
     if (!whole && !asked && is_whole_ && reader != nullptr) whole = discard_body(from, *reader);
     send_reply(response, reply);
-    if (whole) return;
-    if (response.body.empty()) {
-      response.headers.clear();
-      send_reply(response,
-                 problem_reply(Problem(413, "this request does not take a body: send none")));
-    }
-    send_and_close(response);
+    if (!whole) send_and_close(response);
   }
 
   /// Converts the library's request. Reading its body sets `whole` if no byte is left to read.

@@ -18,7 +18,8 @@ std::optional<ReplicationState> replication_state_from_text(const std::string& t
   in >> replication.history >> replication.generation >> role >> replication.copy_begin >>
       replication.copy_end;
   if (!in || replication.history == 0 || role > static_cast<unsigned>(ReplicaRole::fenced)) {
-    throw RunError("the state's note '" + std::string(replication_note) + "' is damaged");
+    throw RunError("the state's note '" + std::string(replication_note) +
+                   "' is damaged: serve from a backup, or from the state of the other coordinator");
   }
   replication.role = static_cast<ReplicaRole>(role);
   for (EarlierGeneration earlier; in >> earlier.generation >> earlier.sequence;) {

@@ -235,7 +235,9 @@ class Jobs(WebCase):
             self.assertEqual(steer("requeue").json()["state"], "queued")
             steer("cancel")
             self.assert_problem(steer("cancel"), 409, "only unfinished jobs can be cancelled")
-            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}").status, 204)
+            self.assert_problem(farm.ask("DELETE", f"/api/v1/jobs/{job}", "x" * (5 << 20)), 413, "does not take a body")
+            self.assertEqual(farm.get(f"/jobs/{job}").json()["state"], "cancelled")
+            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}", "{}").status, 204)
             self.assert_problem(farm.get(f"/jobs/{job}"), 404)
             self.assert_problem(steer("pause"), 404)
 

@@ -36,8 +36,8 @@ Scene grey_ball(double radius);
 /// bits unless numbers overflow or become denormal.
 Scene scaled(Scene scene, int k);
 
-/// Returns the number of pixels that differ from `samples` samples of the radiance `fixed` in all
-/// channels. `fixed` is in fixed point, 2^32 for the radiance 1.
+/// Returns the number of pixels that are not exactly the sum of `samples` samples, each with the
+/// radiance `fixed` in every channel. `fixed` is in fixed point, 2^32 for the radiance 1.
 std::size_t pixels_other_than(const std::vector<PixelSums>& pixels, std::uint64_t fixed,
                               std::uint64_t samples);
 

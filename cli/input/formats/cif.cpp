@@ -160,23 +160,22 @@ class CifReader : public CifVisitor {
       more_atoms_ = more_atoms_ || done_;
       return true;
     }
-    check_axes(table);
+    check_axes();
     sites_.start(table, row_);
     kind_ = Kind::atoms;
     return true;
   }
 
-  void check_axes(CifTable table) const {
-    const bool sites = table == CifTable::sites;
+  void check_axes() const {
     for (const CifItem first : {CifItem::x, CifItem::fract_x, CifItem::ideal_x}) {
-      const char* const start = sites                 ? "_atom_site."
-                                : first == CifItem::x ? "_chem_comp_atom.model_"
-                                                      : "_chem_comp_atom.";
       for (const int step : {1, 2}) {
         const CifItem axis = CifRow::after(first, step);
         if (!row_.has(first) || row_.has(axis)) continue;
-        place_.fail("the table has no column " +
-                    std::string(start).append(CifRow::axis_name(axis)) + ": add it");
+        place_.fail(std::string("the table has a column ")
+                        .append(CifRow::axis_name(first))
+                        .append(", but no ")
+                        .append(CifRow::axis_name(axis)) +
+                    ": add it");
       }
     }
   }

@@ -62,7 +62,8 @@ class Labels {
   [[nodiscard]] std::vector<Box> boxes() const;
 
   /// Draws the labels on the picture, linear RGB, premultiplied by `alpha` (empty: opaque). Uses
-  /// `map` only for `cell`.
+  /// `map` only if the settings ask for the cell: to hide parts of its edges, and to place the
+  /// names of the edges beside the particles.
   void draw(Image& image, std::vector<float>& alpha, const DepthMap& map) const;
 
  private:

@@ -369,12 +369,12 @@ TEST_CASE("PDB and mmCIF: invalid files are refused") {
        "a.cif:2: the file is not valid CIF (unterminated 'string'): check that this is the right "
        "file"},
       {"another kind of CIF", "a.cif", "data_a\nloop_\n_atom_site_fract_x\n0.5\n",
-       "a.cif:4: the table has no column _atom_site.fract_y: add it"},
+       "a.cif:4: the table has a column fract_x, but no fract_y: add it"},
       {"no atoms in CIF", "a.cif", "data_a\n_a.b c\n",
        "a.cif:2: the file has no atoms: add _atom_site or _chem_comp_atom with Cartesian or "
        "fractional coordinates"},
       {"no z", "a.cif", "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n1 2\n",
-       "a.cif:5: the table has no column _atom_site.cartn_z: add it"},
+       "a.cif:5: the table has a column cartn_x, but no cartn_z: add it"},
       {"a short row", "a.cif", cif("1 2 3\n4 5\n"),
        "a.cif:7: the last row of the atom table has 2 of 3 values: check that the file is "
        "complete"},
