@@ -72,8 +72,8 @@ void stop_fields(F&& f, S&... s) {
      nullptr, "spp"},
     IntegerRange{1, limits::max_samples_per_pixel}, s.samples_per_pixel...);
   f({"target_error",
-     "Stop when the RMSE of the picture (with --denoise: of the denoised picture) is at most X, by "
-     "the upper end of its 95 % interval, in linear radiance",
+     "Stop when the RMSE of the picture (of the denoised picture, if it is denoised) is at most X, "
+     "by the upper end of its 95 % interval, in linear radiance",
      accuracy | in_passes | recipe},
     ranges::target_error, s.target_error...);
   f({"target_denoised", nullptr, if_set}, OnOff{}, s.target_denoised...);

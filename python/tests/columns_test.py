@@ -275,7 +275,7 @@ class Several(Test):
         frames = [self.positions] * 2
         for options, text in (({"frame": 1, "frames": [0]}, "give one of them"),
                               ({"range": "1%:99%", "color_by": "z"}, "give two numbers"),
-                              ({"views": "top"}, "one frame"), ({"color_by": "speed"}, "a frame has no speed")):  # fmt: skip
+                              ({"views": "top"}, "call render() for each frame"), ({"color_by": "speed"}, "a frame has no speed")):  # fmt: skip
             self.refused(parray.InputError, text, parray.render, frames, 0.2, **options, **SMALL)
         for chosen, text in (([], "there are no frames"), (3, "is not a list of numbers"), ("last", "is not a list")):
             self.refused(parray.InputError, text, parray.render, HELIX, frames=chosen, **SMALL)

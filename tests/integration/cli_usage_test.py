@@ -85,7 +85,7 @@ class Refusals(CliTest):
     def test_targets_below_the_rounding_of_a_picture_are_refused_with_the_least_that_is_possible(self):
         for command in (["render", "-o", self.path("a.png")], ["submit"]):
             for option in ("--target-error", "--target-half-width"):
-                self.refused(*command, self.scene, option, "1e-9", mentions=option + " 1e-09: ")
+                self.refused(*command, self.scene, option, "1e-9", mentions=option + " 1e-09 is too small: ")
                 self.refused(*command, self.scene, option, "4.5e-8", mentions="use 4.6e-08 or more")
         self.refused("plan", self.scene, "--error", "4.5e-8", mentions="--error 4.5e-08: ")
         coarse = ["--width", "8", "--height", "8", "--spp", "2"]

@@ -28,7 +28,7 @@ StopSettings to_error(double error) {
 
 TEST_CASE("a target below twice the rounding error is refused with the least that is accepted") {
   const std::string said = refusal(to_error(1e-9), 1);
-  CHECK(said.starts_with("--target-error 1e-09: "));
+  CHECK(said.starts_with("--target-error 1e-09 is too small: "));
   CHECK(said.ends_with("use 4.6e-08 or more"));
   CHECK(refusal(to_error(4.6e-8), 1).empty());
 }
@@ -44,7 +44,7 @@ TEST_CASE("half-widths have the same least, and a picture without targets has no
   StopSettings settings;
   CHECK(refusal(settings, 1).empty());
   settings.target_half_width = 1e-9;
-  CHECK(refusal(settings, 1).starts_with("--target-half-width 1e-09: "));
+  CHECK(refusal(settings, 1).starts_with("--target-half-width 1e-09 is too small: "));
 }
 
 TEST_CASE("a recipe's passes repeat a picture whatever its target was") {

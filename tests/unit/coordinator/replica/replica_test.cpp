@@ -169,8 +169,8 @@ TEST_CASE(
   primary.append_rows(1, "row");
   CHECK_THROWS_WITH_AS(
       primary.commit(),
-      "the standby at tcp://standby:7401 does not answer: the primary acknowledges "
-      "nothing until the standby has committed it",
+      "the standby at tcp://standby:7401 does not answer: jobs wait until the standby stores the "
+      "primary's changes again",
       StorageFull);
   CHECK(first.committed_rows(1).empty());
   standby.cut_off = false;
