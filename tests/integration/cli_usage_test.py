@@ -87,7 +87,7 @@ class Refusals(CliTest):
             for option in ("--target-error", "--target-half-width"):
                 self.refused(*command, self.scene, option, "1e-9", mentions=option + " 1e-09 is too small: ")
                 self.refused(*command, self.scene, option, "4.5e-8", mentions="use 4.6e-08 or more")
-        self.refused("plan", self.scene, "--error", "4.5e-8", mentions="--error 4.5e-08: ")
+        self.refused("plan", self.scene, "--error", "4.5e-8", mentions="--error 4.5e-08 is too small: ")
         coarse = ["--width", "8", "--height", "8", "--spp", "2"]
         self.rendered(*coarse, "--target-error", "4.6e-8")
 
