@@ -1,13 +1,17 @@
 # parray_room(NAME [COLD] [SOURCES FILE...] [LINKS TARGET...] [PRIVATE TARGET...]): makes the library parray_NAME, alias
 # parray::NAME, of a room. Each room is a separate library, so that a program links only the rooms that it uses.
 # Headers of the room may include the rooms and libraries in LINKS; sources may also include those in PRIVATE. The table
-# in tests/unit/include_rules_test.cpp has the same rules for includes. COLD: see parray_compiled.
+# in tests/unit/include_rules_test.cpp has the same rules for includes. COLD: its code is cold, see parray_compiled.
 function(parray_room name)
   cmake_parse_arguments(PARSE_ARGV 1 room "COLD" "" "SOURCES;LINKS;PRIVATE")
   if(room_SOURCES)
     add_library(parray_${name} STATIC ${room_SOURCES})
     target_link_libraries(parray_${name} PUBLIC parray_flags ${room_LINKS} PRIVATE ${room_PRIVATE})
-    parray_compiled(parray_${name} ${room_COLD})
+    if(room_COLD)
+      parray_compiled(parray_${name} cold)
+    else()
+      parray_compiled(parray_${name} hot)
+    endif()
   else()
     add_library(parray_${name} INTERFACE)
     target_link_libraries(parray_${name} INTERFACE parray_flags ${room_LINKS})
@@ -34,25 +38,21 @@ function(parray_pages target)
   install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT ${target})
 endfunction()
 
-# Precompiles long headers, for hot and for cold code, because compilers require the same flags. Kernels use no
-# precompiled header: the linker keeps an arbitrary copy of an inline function that two instruction sets share.
+# Cold code is called rarely or waits for others: it reads options, writes text, or decides once per message. -Og
+# compiles it in two thirds of the time of -O2. Code that visits each pixel, sphere or particle is hot.
+set(hot_flags)
+set(cold_flags $<$<CONFIG:Release>:-Og>)
+# Precompiles long headers for each, because compilers require the same flags. Kernels use no precompiled header: the
+# linker keeps an arbitrary copy of an inline function that two instruction sets share.
 foreach(heat hot cold)
   add_library(parray_precompiled_${heat} OBJECT EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/cmake/precompiled.cpp)
   target_link_libraries(parray_precompiled_${heat} PRIVATE parray_flags OpenMP::OpenMP_CXX nlohmann_json::nlohmann_json)
+  target_compile_options(parray_precompiled_${heat} PRIVATE ${${heat}_flags})
   target_precompile_headers(parray_precompiled_${heat} PRIVATE ${CMAKE_SOURCE_DIR}/cmake/precompiled.h)
 endforeach()
-set(cold_flags $<$<CONFIG:Release>:-Og>)
-target_compile_options(parray_precompiled_cold PRIVATE ${cold_flags})
 
-# parray_compiled(TARGET [TRUE]): how the sources of a library or program are compiled. TRUE: they are cold. Cold code
-# is called rarely or waits for others: it reads options, writes text, or decides once per message. -Og compiles it in
-# two thirds of the time of -O2. Code that visits each pixel, sphere or particle is not cold.
-function(parray_compiled target)
-  target_compile_options(${target} PRIVATE ${OpenMP_CXX_FLAGS})  # as the precompiled headers
-  if(ARGV1)
-    target_compile_options(${target} PRIVATE ${cold_flags})
-    target_precompile_headers(${target} REUSE_FROM parray_precompiled_cold)
-  else()
-    target_precompile_headers(${target} REUSE_FROM parray_precompiled_hot)
-  endif()
+# parray_compiled(TARGET HEAT): compiles the sources of a library or program as hot or cold code (HEAT: hot or cold).
+function(parray_compiled target heat)
+  target_compile_options(${target} PRIVATE ${OpenMP_CXX_FLAGS} ${${heat}_flags})  # as the precompiled headers
+  target_precompile_headers(${target} REUSE_FROM parray_precompiled_${heat})
 endfunction()
