@@ -225,19 +225,17 @@ class Jobs(WebCase):
             self.assertEqual(steer("pause").json()["state"], "paused")
             self.assertEqual(steer("resume").json()["state"], "queued")
             self.assert_problem(steer("resume"), 409, "only paused jobs can be resumed")
-            answer = farm.ask("PUT", f"/api/v1/jobs/{job}/priority", '{"priority": 99}', {"Content-Type": "application/json"})
-            self.assertEqual(answer.json()["priority"], 99)
+            priority = lambda body: farm.ask("PUT", f"/api/v1/jobs/{job}/priority", body, {"Content-Type": "application/json"})
+            self.assertEqual(priority('{"priority": 99}').json()["priority"], 99)
             for body in ('{"priority": 101}', '{"priority": "9"}', "[]", "{", '{"priority": 1, "x": 2}'):
-                self.assert_problem(farm.ask("PUT", f"/api/v1/jobs/{job}/priority", body,
-                                             {"Content-Type": "application/json"}), 422)
+                self.assert_problem(priority(body), 422)
             self.assert_problem(farm.ask("DELETE", f"/api/v1/jobs/{job}"), 409)
             self.assertEqual(steer("cancel").json()["state"], "cancelled")
             self.assertEqual(steer("requeue").json()["state"], "queued")
             steer("cancel")
             self.assert_problem(steer("cancel"), 409, "only unfinished jobs can be cancelled")
             self.assert_problem(farm.ask("DELETE", f"/api/v1/jobs/{job}", "x" * (5 << 20)), 413, "does not take a body")
-            self.assertEqual(farm.get(f"/jobs/{job}").json()["state"], "cancelled")
-            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}", "{}").status, 204)
+            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}", "{}").status, 204)  # it still exists
             self.assert_problem(farm.get(f"/jobs/{job}"), 404)
             self.assert_problem(steer("pause"), 404)
 
