@@ -182,7 +182,10 @@ bool CifSites::in_chosen_model(const CifRow& row) {
     model_ = static_cast<std::size_t>(found - models_.begin());
     if (found == models_.end()) {
       models_.emplace_back(model);
-      if (last) atoms_.reset();
+      if (last) {
+        atoms_.reset();
+        unplaced_ = 0;
+      }
     }
   }
   return last ? model_ + 1 == models_.size() : model_ == request_.frame_number();

@@ -198,6 +198,21 @@ TEST_CASE(
                       ". . .\n") == "a.cif:6: " + no_coordinates);
 }
 
+TEST_CASE("mmCIF: atoms without coordinates are counted in the chosen model alone") {
+  const ParticleFiles files;
+  const std::string path = files.write(
+      "a.cif", cif("type_symbol Cartn_x Cartn_y Cartn_z pdbx_PDB_model_num",
+                   "C ? ? ? 1\nC 1 1 1 1\nC 2 2 2 2\nC ? ? ? 3\nC ? ? ? 3\nC 3 3 3 3\n"));
+  const auto unplaced = [&](FrameChoice frame) {
+    ParticleRequest request;
+    request.frame = frame;
+    return test::note(read_particles(path, request), "unplaced");
+  };
+  CHECK(unplaced({0, false}) == 1);
+  CHECK(unplaced({1, false}) == 0);
+  CHECK(unplaced({0, true}) == 2);
+}
+
 TEST_CASE("mmCIF: models are frames; names, residues, numbers and the cell are read") {
   const ParticleFiles files;
   const std::string text =
