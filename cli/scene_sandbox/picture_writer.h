@@ -9,7 +9,10 @@ namespace parray::scene_sandbox {
 
 /// A file of a picture to write. All files are in the current directory.
 struct PictureRequest {
-  std::string wanted;     ///< name of the new file, which determines its kind: image.png, error.f32
+  /// Name of the new file. pixels.f32: the floats of the picture. error.f32: the half-widths.
+  /// error.png: the map of the error. Any other name: the picture, in the format of the extension.
+  /// With a thumbnail_width, the file is a picture, whatever its name.
+  std::string wanted;
   std::size_t width = 0;  ///< of the whole picture, in pixels
   std::size_t height = 0;
   std::size_t thumbnail_width = 0;  ///< width in pixels of a smaller picture; 0: the whole picture

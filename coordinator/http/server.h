@@ -31,7 +31,8 @@ class Server {
   struct Callbacks {
     /// Returns the answer to a request. Callable from any thread.
     std::function<Reply(const Request&)> answer;
-    /// As in ConnectionManager::Callbacks.
+    /// As in ConnectionManager::Callbacks. `reserve`: the connection is one of
+    /// SeatLimits::reserve.
     std::function<std::optional<Reply>(const RequestHead&, const std::string& address,
                                        bool reserve)>
         answer_early;

@@ -24,7 +24,9 @@ int repair_command(const std::string& directory, double now) {
 
 int backup_command(const std::vector<std::string>& places, double now) {
   if (places.size() != 2) {
-    throw InputError("--backup needs two directories: that of --state, and a new one for the copy");
+    throw InputError(
+        "--backup needs two directories: write --backup DIR TARGET. DIR has the state, and TARGET "
+        "is new or empty");
   }
   return print_damage(back_up_state(places[0], places[1], now), places[1] + ": a complete copy");
 }
