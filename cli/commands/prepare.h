@@ -55,8 +55,8 @@ void require(RenderMode mode, Feature feature, const std::string& name);
 /// A loaded scene, ready for submission.
 struct LoadedSubmission {
   Submission submission;
-  /// What else the scene file contains. Its `scene` has only the camera left; `submission` has the
-  /// whole scene.
+  /// The contents of the scene file without the scene, which is in `submission`. Only the camera
+  /// remains in `rest.scene`.
   SceneFile rest;
   std::string original_sha256;     ///< image_sha256 of the picture of --like; empty: no --like
   bool original_denoised = false;  ///< the picture of --like is denoised

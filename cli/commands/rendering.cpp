@@ -62,7 +62,7 @@ static bool marks_rank(std::string_view name) {
 }
 
 /// Returns a command for the shell that first unsets the variables that make mpirun refuse to
-/// start, then runs `command`. This process keeps the variables, because MPI may still read them.
+/// start, then runs `command`. The variables of this process stay, because MPI may still read them.
 static std::string without_rank(const std::string& command) {
   std::string names;
   for (const char* const* variable = environ; *variable != nullptr; ++variable) {

@@ -27,8 +27,8 @@ void stop_interrupted(EmbeddedFarm& farm);
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image);
 
-/// Returns how long to wait before the next request about a job: 2 % of `waited`, within 2 to 100
-/// ms. `waited`: time since the command began to wait for the job.
+/// Returns the time until the next request about a job: 2 % of `waited`, but at least 2 ms and at
+/// most 100 ms. `waited`: time since the command began to wait for the job.
 Time polling_interval(Time waited);
 
 /// Shows the progress of a job on stderr, and its unfinished picture by --preview and --display,

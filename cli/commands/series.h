@@ -70,10 +70,10 @@ struct SeriesRequest {
 /// throws as check_outputs() does for the outputs of frame 0.
 void check_frame_outputs(const OutputPaths& outputs);
 
-/// Calls run_frames() for the request, which prints the number of the series. With `wait` and
-/// outputs, fetches each frame when it is done. Also throws InputError if `scene` is a particle
-/// file for all frames and there is no camera path: its automatic camera would differ between
-/// frames.
+/// Calls run_frames() for the request, which prints the number of the series. If the
+/// request has `wait` and outputs, fetches each frame when the frame is done. Also throws
+/// InputError if `scene` is a particle file for all frames and there is no camera path: its
+/// automatic camera would differ between frames.
 int submit_series(Client& client, const SeriesRequest& request);
 
 /// Fetches the finished frames of a series. For every other frame that was submitted, prints on

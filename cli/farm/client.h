@@ -28,7 +28,7 @@ struct Submission : JobHead {
 /// Returns the message that submits a scene, without token and user.
 msg::Submit submit_message(Submission submission);
 
-/// What the coordinator says about a job: the job map of PROTOCOL.md.
+/// The coordinator's description of a job: the job map of PROTOCOL.md.
 struct JobStatus {
   JobId id = 0;
   std::string name;

@@ -17,7 +17,7 @@
 
 namespace parray::coordinator {
 
-/// What happens to a job now.
+/// What the coordinator does with a job now.
 enum class JobPhase : std::uint8_t {
   waiting,    ///< holds no memory for its picture
   preparing,  ///< the job thread is making its picture or its next pass

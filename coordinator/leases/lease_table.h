@@ -67,8 +67,8 @@ class LeaseTable {
   /// Adds a check. It waits until grant() leases it to a worker of the machine `by`.
   void want_check(Check check) { checks_.push_back(std::move(check)); }
   /// Removes and returns the checks that need another machine: the waiting checks whose `by` is not
-  /// among `able`, and the failed checks, whose lease ended without a valid result. `able`: the
-  /// machines with a worker that may trace.
+  /// among `able`, and the failed checks. A check fails if its lease ends without a valid result.
+  /// `able`: the machines with a worker that may trace.
   ///
   /// If reject() or give_back() ended the lease, `not_by` of the failed check contains the machine.
   /// If drop_worker() or expire() ended it, `not_by` contains the machine only if the machine has

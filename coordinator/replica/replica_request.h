@@ -42,7 +42,7 @@ enum class ReplicaReplyKind : std::uint8_t {
   received,         ///< `have`: the standby has ReplicaReply::value bytes of the next batch
   committed,        ///< the standby has committed the batch
   full,             ///< the standby cannot commit the batch now; the text gives the reason
-  fenced,           ///< another coordinator serves, whose generation is ReplicaReply::value
+  fenced,           ///< another coordinator serves; ReplicaReply::value is its generation
   refused,          ///< the standby does not accept this primary; the text gives the reason
   picture,          ///< the text holds bytes of the picture from the requested offset on
   no_picture,       ///< `nothing`: the standby has no undamaged picture of the job

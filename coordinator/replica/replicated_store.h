@@ -30,7 +30,7 @@ class ReplicaConnection {
   [[nodiscard]] virtual const std::string& address() const = 0;
 };
 
-/// The store of a primary, whose content a standby has, too. commit() sends the changes to the
+/// The store of a primary. Its standby has the same content. commit() sends the changes to the
 /// standby first, and returns when the standby and `inner` have committed them. A standby at
 /// another position (replication_state.h) gets a full copy, in pieces.
 ///

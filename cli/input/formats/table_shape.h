@@ -36,7 +36,7 @@ struct TableShape {
 TableShape table_shape(const FileStart& start);
 
 /// Returns whether the file is a table of numbers after a line with the number of rows (.pts).
-/// Returns false for XYZ files, whose second line is a comment.
+/// Returns false for XYZ files: their second line is a comment.
 bool is_counted_table(const FileStart& start);
 
 }  // namespace parray::input

@@ -147,7 +147,7 @@ void take_numbers(const Particles& from, const Order& order, const ParticleReque
 /// unchanged. Some topologies number their atoms (column "id"; LAMMPS writes atoms in any order).
 /// Then particle i is the atom with the i-th smallest number or, if the particles have a column
 /// "id" too, the atom with the same number. If only the particles have numbers, and `format` is
-/// unordered, atom i is the particle with the i-th smallest number.
+/// unordered, the first atom belongs to the particle with the smallest number, and so on.
 ///
 /// Throws InputError if the topology and the particles, from `file`, differ in their number of
 /// atoms or in their ids, or if the particles are unsorted and some have the same id.

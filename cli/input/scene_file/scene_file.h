@@ -58,7 +58,7 @@ struct SceneFile {
   std::vector<ParticleSource> particles;
   Postprocessing postprocessing;  ///< postprocessing of the picture
   LabelSettings labels;           ///< labels on the picture
-  // Of the particles; set when their shapes become part of the scene:
+  // Facts about the particles, known when their shapes are part of the scene:
   std::vector<Legend> legends;               ///< meaning of the particles' colours and arrows
   std::vector<ParticleFile> particle_files;  ///< in the order of `particles`
   std::optional<ParticleCell> cell;          ///< of the first file with a cell

@@ -133,8 +133,8 @@ class BeamSearch {
   /// Takes the rays, except for the last rays.count % width, in beams of at most `space.beam` rays,
   /// which must be `width` or more. Returns the number of rays taken. Finds their crossings with
   /// open spheres (those outside the tree), and with the tree if the directions of a beam have the
-  /// same signs. Sets queries.octant to no_octant for rays that need no other search of the tree,
-  /// and to 0 for all others.
+  /// same signs. Sets queries.octant to 0 for rays that the
+  /// caller must still search the tree with, and to no_octant for all others.
   std::uint32_t find() {
     const std::uint32_t most = space_.beam / width * width;
     const std::uint32_t all = rays_.count / width * width;
