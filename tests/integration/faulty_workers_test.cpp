@@ -128,13 +128,14 @@ TEST_CASE("if two machines differ, the referee decides, whichever came first") {
   for (const bool faulty_first : {true, false}) {
     CAPTURE(faulty_first);
     Service service(with_checks(1));
-    Hand ann(service, faulty_first ? "faulty" : "ann");
     RenderSettings settings = many_leases();
     settings.height = 200;
     const JobId job = service.submit(small_scene(), settings);
-    work(service, {{&ann, faulty_first ? lying : honest}}, job, 3);
-    Hand bob(service, faulty_first ? "ann" : "faulty");
-    work(service, {{&ann, faulty_first ? lying : honest}, {&bob, faulty_first ? honest : lying}},
+    Hand first(service, faulty_first ? "faulty" : "ann");
+    work(service, {{&first, faulty_first ? lying : honest}}, job, 3);
+    Hand second(service, faulty_first ? "ann" : "faulty");
+    // A faulty machine that came first does nothing more: it does not check the correct one.
+    work(service, {{&first, faulty_first ? idle : honest}, {&second, faulty_first ? honest : lying}},
          job);
     CHECK(service.worker("ann").at("state") == "ready");
     check_mended(service, job, settings);
