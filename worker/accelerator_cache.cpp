@@ -1,5 +1,7 @@
 #include "worker/accelerator_cache.h"
 
+#include "common/scene/settings.h"
+
 namespace parray::worker {
 
 AcceleratorCache::Pointer AcceleratorCache::find(const std::string& scene_id,
@@ -14,7 +16,8 @@ AcceleratorCache::Pointer AcceleratorCache::build(const std::string& scene_id, c
     const std::scoped_lock lock(mutex_);
     last_.reset();
   }
-  Pointer built = make_accelerator(scene, settings, {.threads = threads});
+  Pointer built =
+      make_accelerator(scene, settings.precision, settings.accelerator, settings.isa, threads);
   const std::scoped_lock lock(mutex_);
   scene_id_ = scene_id;
   last_ = built;

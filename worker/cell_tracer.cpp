@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/math/float_mode.h"
-#include "common/trace/integrator/nonfinite.h"
+#include "common/trace/tracer.h"
 #include "proto/clock.h"
 
 namespace parray::worker {

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "common/base/printable.h"
+#include "common/scene/settings.h"
 #include "proto/clock.h"
 #include "worker/cell_tracer.h"
 

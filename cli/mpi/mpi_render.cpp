@@ -18,8 +18,8 @@
 #include "common/process/stop_signal.h"
 #include "common/scene/scene_bytes.h"
 #include "common/scene/settings.h"
-#include "common/trace/integrator/nonfinite.h"
 #include "common/trace/selfcheck/fingerprint.h"
+#include "common/trace/tracer.h"
 #include "worker/cell_tracer.h"
 
 namespace parray::mpi {

@@ -20,6 +20,7 @@
 #include "common/math/float_mode.h"
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
+#include "common/scene/settings.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/messages.h"
 #include "proto/stream_frames.h"

@@ -7,7 +7,6 @@
 
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/settings.h"
-#include "common/trace/integrator/wavefront_tracer.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 #include "tests/support/rooms.h"
@@ -66,9 +65,7 @@ void measure(const std::filesystem::path& file) {
     settings.sampler = variant.sampler;
     const auto accelerator =
         make_accelerator(scene, variant.precision, variant.accelerator, variant.isa);
-    tracers.push_back(variant.general
-                          ? make_general_path_tracer(accelerator, scene.camera, settings)
-                          : make_path_tracer(accelerator, scene.camera, settings));
+    tracers.push_back(make_path_tracer(accelerator, scene.camera, settings, variant.general));
   }
   std::array<Rates, variants.size()> rates;
   for (std::size_t round = 0; round < rounds; ++round) {

@@ -104,18 +104,19 @@ class ScriptedTracer final : public PathTracer {
 
 #define PARRAY_TRACER_SYMBOL                                 \
   "_ZN6parray5trace16make_path_tracerESt10shared_ptrIKNS0_1" \
-  "1AcceleratorEERKNS_5scene6CameraERKNS5_14RenderSettingsE"
+  "1AcceleratorEERKNS_5scene6CameraERKNS5_15PictureSettingsEb"
 
-std::unique_ptr<PathTracer> honest_tracer(
-    std::shared_ptr<const Accelerator> accelerator, const Camera& camera,
-    const RenderSettings& settings) asm("__real_" PARRAY_TRACER_SYMBOL);
-std::unique_ptr<PathTracer> scripted_tracer(
-    std::shared_ptr<const Accelerator> accelerator, const Camera& camera,
-    const RenderSettings& settings) asm("__wrap_" PARRAY_TRACER_SYMBOL);
+std::unique_ptr<PathTracer> honest_tracer(std::shared_ptr<const Accelerator> accelerator,
+                                          const Camera& camera, const PictureSettings& picture,
+                                          bool general) asm("__real_" PARRAY_TRACER_SYMBOL);
+std::unique_ptr<PathTracer> scripted_tracer(std::shared_ptr<const Accelerator> accelerator,
+                                            const Camera& camera, const PictureSettings& picture,
+                                            bool general) asm("__wrap_" PARRAY_TRACER_SYMBOL);
 
 std::unique_ptr<PathTracer> scripted_tracer(std::shared_ptr<const Accelerator> accelerator,
-                                            const Camera& camera, const RenderSettings& settings) {
-  auto honest = honest_tracer(std::move(accelerator), camera, settings);
+                                            const Camera& camera, const PictureSettings& picture,
+                                            bool general) {
+  auto honest = honest_tracer(std::move(accelerator), camera, picture, general);
   // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
   const char* const folder = std::getenv("PARRAY_LIARS");
   const bool in_team = gettid() != getpid();

@@ -115,12 +115,10 @@ auto with_kernels_of(Isa isa, Function function) {
   using Real = typename P::Real;
   using Store = typename P::Store;
   constexpr bool single = sizeof(Store) == sizeof(float);
-#define PARRAY_WITH(name)                                                             \
-  if (isa == Isa::name) {                                                             \
-    constexpr int w = single ? trace::name::float_width : trace::name::double_width;  \
-    void (*const find)(const KernelScene<Real, Store, w>&, Workspace<Real, Store>&) = \
-        trace::name::find;                                                            \
-    return function(std::integral_constant<int, w>{}, find);                          \
+#define PARRAY_WITH(name)                                                                        \
+  if (isa == Isa::name) {                                                                        \
+    constexpr int w = single ? trace::name::float_width : trace::name::double_width;             \
+    return function(std::integral_constant<int, w>{}, trace::name::kernels<Real, Store>().find); \
   }
   PARRAY_FOR_EACH_ISA(PARRAY_WITH)
 #undef PARRAY_WITH

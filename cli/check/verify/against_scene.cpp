@@ -222,7 +222,7 @@ VerificationResults check_against_scene(const VerifiedPicture& picture, const Sc
                                         const RenderSettings& settings, const PixelChoice& choice,
                                         int threads) {
   std::vector<RetracedPixel> pixels = choose_pixels(picture, choice);
-  const auto tracer = make_path_tracer(scene, settings, {.threads = threads});
+  const auto tracer = make_path_tracer(scene, settings, threads);
   const double largest = largest_radiance(scene);
   retrace_all(*tracer, RadianceScale(largest), picture, pixels, threads);
   VerificationResults findings;

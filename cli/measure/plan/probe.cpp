@@ -145,7 +145,7 @@ class Prober {
     requirements_of(*request_.scene);
     const RenderSettings& settings = request_.settings;
     accelerator_ = make_accelerator(*request_.scene, settings.precision, settings.accelerator,
-                                    settings.isa, {request_.threads});
+                                    settings.isa, request_.threads);
     main_ = candidate(request_.samplers.back());
     result_.fixed = effort_now() - began_;
     if (request_.samplers.size() > 1) other_ = candidate(request_.samplers.front());

@@ -15,7 +15,8 @@ const std::shared_ptr<const Accelerator>& Bench::accelerator_for(const RenderSet
   for (const auto& accelerator : accelerators_) {
     if (serves(*accelerator, settings)) return accelerator;
   }
-  return accelerators_.emplace_back(make_accelerator(scene_, settings, {threads_}));
+  return accelerators_.emplace_back(
+      make_accelerator(scene_, settings.precision, settings.accelerator, settings.isa, threads_));
 }
 
 DirectRender Bench::render(const RenderSettings& settings) {

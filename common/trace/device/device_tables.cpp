@@ -142,15 +142,6 @@ AlignedArray<std::byte> picture_block(const DeviceScene& scene, const Camera& ca
   return writer.write(head);
 }
 
-/// Calls visit<Real, Store>() with the types of a precision.
-auto with_types(Precision precision, const auto& visit) {
-  switch (precision) {
-    case Precision::f64: return visit.template operator()<double, double>();
-    case Precision::mixed: return visit.template operator()<double, float>();
-    default: return visit.template operator()<float, float>();
-  }
-}
-
 }  // namespace
 
 DeviceScene::DeviceScene(const Scene& scene, Precision precision, AcceleratorKind kind, int threads)

@@ -12,10 +12,16 @@ namespace {
 using math::PARRAY_ISA::DoubleLanes;
 using math::PARRAY_ISA::FloatLanes;
 
+template <typename L, typename B>
+using SceneTables = KernelScene<typename L::Scalar, typename B::Scalar, B::count>;
+template <typename L, typename B>
+using Space = Workspace<typename L::Scalar, typename B::Scalar>;
+
 /// Calls work(wavefront) with the wavefront for the scene's features. Scenes with capsules share
 /// one.
-template <typename L, typename B, typename SceneTables, typename Space, typename Work>
-PARRAY_INLINE void with_wavefront(const SceneTables& scene, Space& space, const Work& work) {
+template <typename L, typename B, typename Work>
+PARRAY_INLINE void with_wavefront(const SceneTables<L, B>& scene, Space<L, B>& space,
+                                  const Work& work) {
   if (scene.features.capsules) {
     work(Wavefront<L, B, DoubleLanes, true, true>(scene, space));
   } else if (scene.features.sides) {
@@ -25,66 +31,45 @@ PARRAY_INLINE void with_wavefront(const SceneTables& scene, Space& space, const 
   }
 }
 
-template <typename L, typename B, typename SceneTables>
-PARRAY_INLINE void trace_batch(const SceneTables& scene, const SampleBatch& batch, PixelSums* row,
-                               TraceCounts& counts) {
-  Workspace<typename L::Scalar, typename B::Scalar> space;
+template <typename L, typename B>
+void trace(const SceneTables<L, B>& scene, const SampleBatch& batch, PixelSums* row,
+           TraceCounts& counts) {
+  Space<L, B> space;
   with_wavefront<L, B>(
       scene, space, [&](auto&& wavefront) __attribute__((always_inline)) {
         wavefront.trace(batch, row, counts);
       });
 }
 
-template <typename L, typename B, typename SceneTables, typename Space>
-PARRAY_INLINE void begin_batch(const SceneTables& scene, const SampleBatch& batch, Space& space) {
+template <typename L, typename B>
+void begin(const SceneTables<L, B>& scene, const SampleBatch& batch, Space<L, B>& space) {
   with_wavefront<L, B>(
       scene,
       space, [&](auto&& wavefront) __attribute__((always_inline)) { wavefront.begin(batch); });
 }
 
-template <typename L, typename B, typename SceneTables, typename Space>
-PARRAY_INLINE void find_all(const SceneTables& scene, Space& space) {
+template <typename L, typename B>
+void find(const SceneTables<L, B>& scene, Space<L, B>& space) {
   with_wavefront<L, B>(
       scene, space, [&](auto&& wavefront) __attribute__((always_inline)) { wavefront.find(); });
 }
 
 }  // namespace
 
-void trace(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,
-           PixelSums* row, TraceCounts& counts) {
-  trace_batch<FloatLanes, FloatLanes>(scene, batch, row, counts);
+template <>
+Kernels<float, float, float_width> kernels() {
+  return {trace<FloatLanes, FloatLanes>, begin<FloatLanes, FloatLanes>,
+          find<FloatLanes, FloatLanes>};
 }
-void trace(const KernelScene<double, float, float_width>& scene, const SampleBatch& batch,
-           PixelSums* row, TraceCounts& counts) {
-  trace_batch<DoubleLanes, FloatLanes>(scene, batch, row, counts);
+template <>
+Kernels<double, float, float_width> kernels() {
+  return {trace<DoubleLanes, FloatLanes>, begin<DoubleLanes, FloatLanes>,
+          find<DoubleLanes, FloatLanes>};
 }
-void trace(const KernelScene<double, double, double_width>& scene, const SampleBatch& batch,
-           PixelSums* row, TraceCounts& counts) {
-  trace_batch<DoubleLanes, DoubleLanes>(scene, batch, row, counts);
-}
-
-void begin(const KernelScene<float, float, float_width>& scene, const SampleBatch& batch,
-           Workspace<float, float>& space) {
-  begin_batch<FloatLanes, FloatLanes>(scene, batch, space);
-}
-void begin(const KernelScene<double, float, float_width>& scene, const SampleBatch& batch,
-           Workspace<double, float>& space) {
-  begin_batch<DoubleLanes, FloatLanes>(scene, batch, space);
-}
-void begin(const KernelScene<double, double, double_width>& scene, const SampleBatch& batch,
-           Workspace<double, double>& space) {
-  begin_batch<DoubleLanes, DoubleLanes>(scene, batch, space);
-}
-
-void find(const KernelScene<float, float, float_width>& scene, Workspace<float, float>& space) {
-  find_all<FloatLanes, FloatLanes>(scene, space);
-}
-void find(const KernelScene<double, float, float_width>& scene, Workspace<double, float>& space) {
-  find_all<DoubleLanes, FloatLanes>(scene, space);
-}
-void find(const KernelScene<double, double, double_width>& scene,
-          Workspace<double, double>& space) {
-  find_all<DoubleLanes, DoubleLanes>(scene, space);
+template <>
+Kernels<double, double, double_width> kernels() {
+  return {trace<DoubleLanes, DoubleLanes>, begin<DoubleLanes, DoubleLanes>,
+          find<DoubleLanes, DoubleLanes>};
 }
 
 }  // namespace parray::trace::PARRAY_ISA

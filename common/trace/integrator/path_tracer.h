@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,11 +10,57 @@
 #include "common/image/pixel_sums.h"
 #include "common/image/radiance_scale.h"
 #include "common/image/sample_range.h"
-#include "common/trace/integrator/accelerator.h"
+#include "common/scene/scene.h"
+#include "common/scene/setting_choices.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/add_sample.h"
 #include "common/trace/ray.h"
 
 namespace parray::trace {
+
+class PathTracer;
+
+/// The shapes of a scene in searchable form for one precision, kind and instruction set, with the
+/// scene's materials and sky. It holds everything that takes time and memory in proportion to the
+/// number of shapes. Other code needs no variant for each precision, kind and instruction set.
+/// make_accelerator() makes one (common/trace/tracer.h).
+///
+/// Immutable; any number of tracers and threads may share it. It refers to no memory of the scene.
+class Accelerator {
+ public:
+  virtual ~Accelerator() = default;
+  Accelerator& operator=(Accelerator&&) = delete;
+
+  [[nodiscard]] Precision precision() const { return precision_; }
+  [[nodiscard]] AcceleratorKind kind() const { return kind_; }
+  [[nodiscard]] Isa isa() const { return isa_; }
+  [[nodiscard]] const Sky& sky() const { return sky_; }
+  /// Returns the origin of all positions: scene_origin() of the scene, which depends on its camera,
+  /// too. Tracers with other cameras use the same origin.
+  [[nodiscard]] const Vec3d& origin() const { return origin_; }
+  /// Returns the bytes of memory of the search structure and of all shapes: positions, radii and
+  /// indices of materials. Does not count the materials and the sky.
+  [[nodiscard]] virtual std::size_t bytes() const = 0;
+
+ protected:
+  Accelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
+              int threads = 1);
+
+ private:
+  friend std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator>,
+                                                      const Camera&, const PictureSettings&, bool);
+  /// Makes a tracer. `self` owns this object. `general`: see make_path_tracer().
+  [[nodiscard]] virtual std::unique_ptr<PathTracer> tracer(std::shared_ptr<const Accelerator> self,
+                                                           const Camera& camera,
+                                                           const PictureSettings& picture,
+                                                           bool general) const = 0;
+
+  Precision precision_;
+  AcceleratorKind kind_;
+  Isa isa_;
+  Sky sky_;
+  Vec3d origin_;
+};
 
 /// A horizontal run of pixels, columns [x_begin, x_end) of row y.
 struct PixelRun {
@@ -80,8 +127,11 @@ class PathTracer {
 /// accelerator: one pass over the shapes finds those around the lens. `picture.precision` must be
 /// the accelerator's. Positions are measured from accelerator->origin(). So the bits are those of a
 /// new accelerator only if scene_origin() is the same with this camera as with the scene's.
+/// `general`, for tests and benchmarks: the tracer's kernels contain the code of every feature
+/// (KernelFeatures), even if the scene lacks the feature; the bits of its pictures are the same.
 std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
-                                             const Camera& camera, const PictureSettings& picture);
+                                             const Camera& camera, const PictureSettings& picture,
+                                             bool general = false);
 
 /// Adds a background sample with a finite radiance.
 template <typename Real>

@@ -4,7 +4,7 @@
 
 #include "common/math/real.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings_fwd.h"
+#include "common/scene/setting_choices.h"
 #include "common/trace/capsule.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/material.h"
@@ -12,6 +12,16 @@
 
 /// The parts of a scene that all accelerators and tracers make in the same way.
 namespace parray::trace {
+
+/// Calls visit<Real, Store>() with the types of a precision, which must not be `automatic`: that of
+/// path computations and that of stored shapes. Returns its result.
+auto with_types(Precision precision, const auto& visit) {
+  switch (precision) {
+    case Precision::f64: return visit.template operator()<double, double>();
+    case Precision::mixed: return visit.template operator()<double, float>();
+    default: return visit.template operator()<float, float>();
+  }
+}
 
 /// Returns a sphere in the form that an accelerator stores, relative to `origin`.
 template <typename Store>

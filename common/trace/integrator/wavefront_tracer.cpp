@@ -45,14 +45,6 @@ AlignedArray<std::uint32_t> references_of(const Scene& scene, const auto& shapes
   return references;
 }
 
-/// The kernels of one instruction set: see isa_kernels.h.
-template <typename Real, typename Store, int W>
-struct Kernels {
-  void (*trace)(const KernelScene<Real, Store, W>&, const SampleBatch&, PixelSums*, TraceCounts&);
-  void (*begin)(const KernelScene<Real, Store, W>&, const SampleBatch&, Workspace<Real, Store>&);
-  void (*find)(const KernelScene<Real, Store, W>&, Workspace<Real, Store>&);
-};
-
 template <typename Real, typename Store, int W>
 class WavefrontTracer;
 
@@ -60,12 +52,12 @@ template <typename Real, typename Store, int W>
 class WavefrontAccelerator final : public Accelerator {
  public:
   WavefrontAccelerator(const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
-                       const BuildOptions& options, const Kernels<Real, Store, W>& kernels)
-      : Accelerator(scene, precision, kind, isa, options),
+                       int threads, const Kernels<Real, Store, W>& kernels)
+      : Accelerator(scene, precision, kind, isa, threads),
         spheres_(
             scene.spheres.size(),
             [&](std::size_t i) { return stored_shape<Store>(scene.spheres[i], this->origin()); },
-            kind != AcceleratorKind::linear, options.threads),
+            kind != AcceleratorKind::linear, threads),
         sphere_count_(static_cast<std::uint32_t>(scene.spheres.size())),
         surfaces_(stored_materials<Real>(scene)),
         features_(features_of(scene)),
@@ -74,17 +66,16 @@ class WavefrontAccelerator final : public Accelerator {
       capsules_.emplace(
           scene.capsules.size(),
           [&](std::size_t i) { return stored_shape<Store>(scene.capsules[i], this->origin()); },
-          true, options.threads);
+          true, threads);
     }
     const auto bits = static_cast<int>(std::bit_width(scene.materials.size()));
     if (capsules_ || bits + MaterialRef::type_bits > spheres_.tag_bits()) {
       material_of_.resize(slot_count());
     }
-    note_materials(references_of(scene, scene.spheres, options.threads), spheres_, 0,
-                   options.threads);
+    note_materials(references_of(scene, scene.spheres, threads), spheres_, 0, threads);
     if (capsules_) {
-      note_materials(references_of(scene, scene.capsules, options.threads), *capsules_,
-                     spheres_.slot_count(), options.threads);
+      note_materials(references_of(scene, scene.capsules, threads), *capsules_,
+                     spheres_.slot_count(), threads);
     }
   }
 
@@ -257,23 +248,12 @@ class WavefrontTracer final : public PathTracer {
   std::uint32_t sphere_count_;  ///< number of the first capsule
 };
 
-template <int FloatWidth, int DoubleWidth>
-std::shared_ptr<const Accelerator> accelerator_of(
-    const Scene& scene, Precision precision, AcceleratorKind kind, Isa isa,
-    const BuildOptions& options, const Kernels<float, float, FloatWidth>& single,
-    const Kernels<double, float, FloatWidth>& mixed,
-    const Kernels<double, double, DoubleWidth>& full) {
-  switch (precision) {
-    case Precision::f64:
-      return std::make_shared<const WavefrontAccelerator<double, double, DoubleWidth>>(
-          scene, precision, kind, isa, options, full);
-    case Precision::mixed:
-      return std::make_shared<const WavefrontAccelerator<double, float, FloatWidth>>(
-          scene, precision, kind, isa, options, mixed);
-    default:
-      return std::make_shared<const WavefrontAccelerator<float, float, FloatWidth>>(
-          scene, precision, kind, isa, options, single);
-  }
+template <typename Real, typename Store, int W>
+std::shared_ptr<const Accelerator> accelerator_of(const Scene& scene, Precision precision,
+                                                  AcceleratorKind kind, Isa isa, int threads,
+                                                  const Kernels<Real, Store, W>& kernels) {
+  return std::make_shared<const WavefrontAccelerator<Real, Store, W>>(scene, precision, kind, isa,
+                                                                      threads, kernels);
 }
 
 }  // namespace
@@ -281,13 +261,14 @@ std::shared_ptr<const Accelerator> accelerator_of(
 std::shared_ptr<const Accelerator> make_wavefront_accelerator(const Scene& scene,
                                                               Precision precision,
                                                               AcceleratorKind kind, Isa isa,
-                                                              const BuildOptions& options) {
+                                                              int threads) {
   switch (isa) {
-#define PARRAY_ACCELERATOR_OF(isa)                                                      \
-  case Isa::isa:                                                                        \
-    return accelerator_of<isa::float_width, isa::double_width>(                         \
-        scene, precision, kind, Isa::isa, options, {isa::trace, isa::begin, isa::find}, \
-        {isa::trace, isa::begin, isa::find}, {isa::trace, isa::begin, isa::find});
+#define PARRAY_ACCELERATOR_OF(isa)                                      \
+  case Isa::isa:                                                        \
+    return with_types(precision, [&]<typename Real, typename Store>() { \
+      return accelerator_of(scene, precision, kind, Isa::isa, threads,  \
+                            isa::kernels<Real, Store>());               \
+    });
     PARRAY_FOR_EACH_ISA(PARRAY_ACCELERATOR_OF)
 #undef PARRAY_ACCELERATOR_OF
     default: throw std::logic_error("this build has no kernels for the instruction set");

@@ -114,7 +114,7 @@ TEST_CASE("a team changes scenes and settings, and builds accelerators only if n
       1, [] {}, std::make_shared<AcceleratorCache>(),
       [&](const LeaseWork& lease, int threads) {
         ++built;
-        return make_path_tracer(*lease.scene, lease.settings, {threads});
+        return make_path_tracer(*lease.scene, lease.settings, threads);
       });
   Scene dark = *shared_scene();
   dark.sky = {{0, 0, 0}, {0, 0, 0}};
@@ -156,7 +156,7 @@ TEST_CASE("only a lease that cannot be traced fails, and the team continues") {
         ++built;
         if (lease.scene_id == "poison") fail();
         if (lease.scene_id == "slow poison") return std::make_shared<const ThrowingTracer>(fail);
-        return make_path_tracer(*lease.scene, lease.settings, {threads});
+        return make_path_tracer(*lease.scene, lease.settings, threads);
       });
   const RenderSettings settings = sized(20, 13, 6);
   const auto expected = plain_records(settings, whole(settings));

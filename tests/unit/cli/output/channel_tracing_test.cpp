@@ -68,7 +68,7 @@ const std::vector<std::uint32_t>& spheres_of(const Channels& channels) {
 
 Channels trace_channels(const Scene& scene, const RenderSettings& settings, const Aovs& wanted,
                         int threads, const std::function<void()>& between_bands = {}) {
-  const auto tracer = make_path_tracer(scene, settings, {threads});
+  const auto tracer = make_path_tracer(scene, settings, threads);
   return output::trace_channels(*tracer, scene, settings, wanted, threads, between_bands);
 }
 

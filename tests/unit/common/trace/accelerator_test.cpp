@@ -76,7 +76,7 @@ TEST_CASE(
       CAPTURE(name_of(kind));
       for (const Isa isa : instruction_sets()) {
         CAPTURE(name_of(isa));
-        const auto shared = make_accelerator(scene, precision, kind, isa, {.threads = 2});
+        const auto shared = make_accelerator(scene, precision, kind, isa, 2);
         std::vector<std::unique_ptr<PathTracer>> tracers;
         for (View view : views) {
           view.settings.precision = precision;

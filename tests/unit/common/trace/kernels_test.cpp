@@ -11,7 +11,6 @@
 
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/settings.h"
-#include "common/trace/integrator/wavefront_tracer.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/lane_search.h"
@@ -194,10 +193,9 @@ void for_all_kernels(const Scene& scene, RenderSettings settings,
         if (scalar && (isa != Isa::scalar || general)) continue;
         settings.isa = isa;
         settings.accelerator = accelerator;
-        const auto built =
-            make_accelerator(scene, settings.precision, accelerator, isa, {.threads = 1});
-        const auto tracer = general ? make_general_path_tracer(built, scene.camera, settings)
-                                    : make_path_tracer(built, scene.camera, settings);
+        const auto tracer =
+            make_path_tracer(make_accelerator(scene, settings.precision, accelerator, isa),
+                             scene.camera, settings, general);
         CHECK(tracer->isa() == name_of(isa));
         check(*tracer);
       }

@@ -1,4 +1,3 @@
-#include "common/trace/integrator/nonfinite.h"
 
 #include <doctest/doctest.h>
 
