@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/scene/settings_fwd.h"
-#include "common/schedule/cell_list.h"
+#include "common/schedule/cell_grid.h"
 #include "common/schedule/chunk_sizer.h"
 #include "common/schedule/work_plan.h"
 #include "proto/window.h"

@@ -15,7 +15,7 @@
 #include "cli/output/preview.h"
 #include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"
-#include "common/scene/number_range.h"
+#include "common/scene/limits.h"
 #include "common/scene/setting_choices.h"
 #include "common/scene/settings_fwd.h"
 

@@ -22,8 +22,8 @@
 #include "common/base/error.h"
 #include "common/base/text.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/limits.h"
 #include "common/scene/requirements.h"
-#include "common/scene/scene_ranges.h"
 #include "common/scene/settings.h"
 
 namespace parray::commands {

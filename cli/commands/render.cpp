@@ -31,7 +31,6 @@
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"
-#include "common/scene/scene_ranges.h"
 #include "common/scene/settings.h"
 
 namespace parray::commands {

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "common/base/zeroed_array.h"
+#include "common/base/arrays.h"
 #include "common/image/cell_records.h"
 #include "common/image/pixel_sums.h"
 #include "common/image/sample_range.h"

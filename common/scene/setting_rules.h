@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/scene/number_range.h"
+#include "common/scene/limits.h"
 
 /// The parts that descriptions of settings are made of: see settings_fields.h.
 namespace parray::scene {
@@ -45,7 +45,7 @@ std::string keyword_of(const Setting& setting);
 /// Returns the name of a setting's option: "--max-depth".
 std::string option_of(const Setting& setting);
 
-// Rules: which values a setting may have. number_range.h has further ones. For settings,
+// Rules: which values a setting may have. limits.h has further ones. For settings,
 // NumberRange also allows 0, which means no limit.
 struct OnOff {};   ///< a boolean
 struct Passes {};  ///< a list of numbers of samples: StopSettings::passes

@@ -52,7 +52,7 @@ struct WorkSettings {
   SchedulePolicy schedule = SchedulePolicy::weighted;
   RowOrder row_order = RowOrder::automatic;  ///< automatic: interleaved with weighted
   bool progressive = false;  ///< trace one sample of every pixel first, for an early preview
-  bool replicates = false;   ///< keep the two halves of the samples (image/replicates.h)
+  bool replicates = false;   ///< keep the two halves of the samples (image/picture_bytes.h)
 
   friend bool operator==(const WorkSettings&, const WorkSettings&) = default;
 };

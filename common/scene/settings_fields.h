@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include "common/scene/limits.h"
-#include "common/scene/scene_ranges.h"
 #include "common/scene/setting_rules.h"
 #include "common/scene/settings.h"
 

@@ -1,12 +1,13 @@
 #include "common/schedule/cell_grid.h"
 
 #include <algorithm>
+#include <bit>
+#include <numeric>
 #include <string>
 
 #include "common/base/divide_up.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
-#include "common/schedule/row_order.h"
 
 namespace parray::schedule {
 namespace {
@@ -43,7 +44,29 @@ void check_shape(const GridShape& s) {
   }
 }
 
+std::uint32_t reverse_bits(std::uint32_t value, int bits) {
+  std::uint32_t result = 0;
+  for (int b = 0; b < bits; ++b) result = result << 1 | (value >> b & 1U);
+  return result;
+}
+
 }  // namespace
+
+std::vector<std::uint32_t> make_row_order(RowOrder order, std::uint32_t height) {
+  std::vector<std::uint32_t> rows;
+  rows.reserve(height);
+  if (order != RowOrder::interleaved) {
+    rows.resize(height);
+    std::iota(rows.begin(), rows.end(), 0U);
+    return rows;
+  }
+  const int bits = height > 1 ? static_cast<int>(std::bit_width(height - 1)) : 0;
+  for (std::uint32_t i = 0; i < 1ULL << bits; ++i) {
+    const std::uint32_t row = reverse_bits(i, bits);
+    if (row < height) rows.push_back(row);
+  }
+  return rows;
+}
 
 CellGrid::CellGrid(GridShape shape) : shape_(std::move(shape)) {
   check_shape(shape_);
@@ -127,6 +150,22 @@ std::vector<std::uint64_t> CellGrid::cells_of_same_pixels(std::uint64_t cell) co
     }
   }
   return same;
+}
+
+CellList::CellList(std::vector<CellRange> ranges) : ranges_(std::move(ranges)), first_{0} {
+  for (const CellRange& range : ranges_) first_.push_back(first_.back() + range.count());
+}
+
+std::vector<CellRange> CellList::cells_at(const CellRange& places) const {
+  std::vector<CellRange> cells;
+  std::uint64_t place = places.begin;
+  auto at = static_cast<std::size_t>(std::ranges::upper_bound(first_, place) - first_.begin() - 1);
+  for (; place < places.end; place = first_[at]) {
+    const std::uint64_t begin = ranges_[at].begin + (place - first_[at]);
+    cells.push_back({begin, std::min(begin + (places.end - place), ranges_[at].end)});
+    ++at;
+  }
+  return cells;
 }
 
 std::vector<SampleRange> CellBatch::ranges_of(std::uint64_t index) const {

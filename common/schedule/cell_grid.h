@@ -47,6 +47,16 @@ struct Stage : SampleRange {
   friend bool operator==(const Stage&, const Stage&) = default;
 };
 
+/// Returns the order in which the rows of an image are leased: element p is the row at position p.
+/// The result is a permutation of 0 .. height - 1.
+///
+/// `sequential`: 0, 1, 2 ... `interleaved`: 0, 1, 2 ... with their binary digits in reverse order,
+/// as many digits as height - 1 has, without the numbers that are not rows. With 6 rows: 0, 4, 2,
+/// 1, 5, 3. So any range of positions samples the whole image, and all workers share a group of
+/// adjacent expensive rows. `automatic`, which resolve_settings() normally replaces, counts as
+/// `sequential`.
+std::vector<std::uint32_t> make_row_order(RowOrder order, std::uint32_t height);
+
 /// The numbers that determine how the samples of a pass are cut into cells. They are few enough to
 /// travel with every lease.
 struct GridShape {
@@ -114,6 +124,26 @@ class CellGrid {
   GridShape shape_;
   std::vector<Part> parts_;                ///< one per stage
   std::vector<std::uint64_t> first_cell_;  ///< first cell of each stage, then the total
+};
+
+/// A list of some cells of a plan in ascending order. The place of a cell is its position in the
+/// list, from 0. Immutable and thread-safe.
+class CellList {
+ public:
+  CellList() = default;
+  /// `ranges` must be ascending and disjoint, and no range may be empty.
+  explicit CellList(std::vector<CellRange> ranges);
+
+  /// Returns the number of cells in the list.
+  [[nodiscard]] std::uint64_t count() const { return first_.empty() ? 0 : first_.back(); }
+  [[nodiscard]] const std::vector<CellRange>& ranges() const { return ranges_; }
+  /// Returns the cells at `places` [begin, end) of the list, with end <= count(), as ascending
+  /// ranges: one for each element of ranges() that they touch.
+  [[nodiscard]] std::vector<CellRange> cells_at(const CellRange& places) const;
+
+ private:
+  std::vector<CellRange> ranges_;
+  std::vector<std::uint64_t> first_;  ///< place of the first cell of each range, and the total
 };
 
 /// Cells together with the sample ranges of their pixels: all that a worker needs of a WorkPlan to

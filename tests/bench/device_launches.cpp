@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "common/base/aligned_array.h"
+#include "common/base/arrays.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/device_speed.h"

@@ -341,7 +341,7 @@ TEST_CASE("the check of includes refuses what the architecture forbids") {
   CHECK(refuses("common/trace/integrator/a.h", "#include \"common/trace/tracer.h\""));
   CHECK(refuses("common/trace/integrator/a.h", "#include \"common/trace/device/device_view.h\""));
   CHECK(refuses("common/math/a.h", "#include \"common/base/error.h\""));
-  CHECK(refuses("common/image/a.h", "#include \"common/schedule/row_order.h\""));
+  CHECK(refuses("common/image/a.h", "#include \"common/schedule/cell_grid.h\""));
   CHECK(refuses("common/scene/a.h", "#include \"common/trace/ray.h\""));
   CHECK(refuses("proto/a.h", "#include \"common/trace/ray.h\""));
   CHECK(refuses("proto/a.h", "#include \"common/process/command_line.h\""));

@@ -10,7 +10,7 @@
 
 #include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/elements.h"
-#include "common/scene/scene_ranges.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {

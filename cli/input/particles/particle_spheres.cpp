@@ -16,7 +16,6 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/scene/limits.h"
-#include "common/scene/scene_ranges.h"
 
 namespace parray::input {
 namespace {

@@ -14,7 +14,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
-#include "common/scene/scene_ranges.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {

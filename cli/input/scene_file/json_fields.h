@@ -7,7 +7,7 @@
 
 #include "cli/input/scene_file/json_value.h"
 #include "common/math/vec.h"
-#include "common/scene/number_range.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 

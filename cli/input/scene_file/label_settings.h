@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/scene/number_range.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 

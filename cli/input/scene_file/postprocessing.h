@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "cli/input/color/number_bounds.h"
-#include "common/scene/number_range.h"
+#include "common/scene/limits.h"
 
 /// Postprocessing of a picture. EXR files stay as traced.
 namespace parray::input {

@@ -5,8 +5,8 @@
 
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/postprocessing.h"
+#include "common/scene/limits.h"
 #include "common/scene/scene.h"
-#include "common/scene/scene_ranges.h"
 #include "common/scene/setting_rules.h"
 
 /// Descriptions of the sections of a scene file. Each member has a key, a rule, and the help text

@@ -2,8 +2,7 @@
 
 #include <charconv>
 
-#include "common/scene/number_range.h"
-#include "common/scene/scene_ranges.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {

@@ -12,7 +12,7 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/base/text.h"
-#include "common/scene/scene_ranges.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {

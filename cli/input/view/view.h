@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "cli/input/view/principal_axes.h"
-#include "common/scene/number_range.h"
+#include "common/scene/limits.h"
 #include "common/scene/scene.h"
 
 /// Directions of view of an automatic scene.

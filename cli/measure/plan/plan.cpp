@@ -9,7 +9,6 @@
 #include "common/adaptive/rounding_limit.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
-#include "common/scene/scene_ranges.h"
 
 namespace parray::plan {
 namespace {

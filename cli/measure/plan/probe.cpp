@@ -15,7 +15,6 @@
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
-#include "common/scene/scene_ranges.h"
 #include "common/scene/settings.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "common/trace/tracer.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "cli/output/denoise/features.h"
-#include "common/image/replicates.h"
+#include "common/image/picture_bytes.h"
 #include "common/scene/setting_choices.h"
 
 /// Denoising, and the remaining error.

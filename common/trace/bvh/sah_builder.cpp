@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "common/base/aligned_array.h"
+#include "common/base/arrays.h"
 #include "common/base/bands.h"
 #include "common/math/vec4.h"
 

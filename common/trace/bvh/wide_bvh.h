@@ -4,7 +4,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "common/base/aligned_array.h"
+#include "common/base/arrays.h"
 #include "common/base/bands.h"
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/collapse.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "common/base/aligned_array.h"
+#include "common/base/arrays.h"
 #include "common/image/pixel_sums.h"
 #include "common/scene/scene.h"
 #include "common/scene/setting_choices.h"

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/aligned_array.h"
+#include "common/base/arrays.h"
 #include "common/base/bands.h"
 #include "common/image/radiance_scale.h"
 #include "common/scene/largest_radiance.h"

@@ -6,7 +6,7 @@
 #include <queue>
 
 #include "common/scene/settings.h"
-#include "common/schedule/chunk_policy.h"
+#include "common/schedule/chunk_sizer.h"
 #include "tests/support/rooms.h"
 
 namespace parray::simulation {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/schedule/chunk_policy.h"
-#include "common/schedule/row_order.h"
+#include "common/schedule/cell_grid.h"
+#include "common/schedule/chunk_sizer.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 

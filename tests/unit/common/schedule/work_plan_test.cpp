@@ -9,8 +9,7 @@
 
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
-#include "common/schedule/cell_list.h"
-#include "common/schedule/row_order.h"
+#include "common/schedule/cell_grid.h"
 #include "coordinator/jobs/job_picture.h"
 #include "proto/window.h"
 #include "tests/support/dice.h"

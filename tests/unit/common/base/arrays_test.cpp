@@ -1,10 +1,9 @@
-#include "common/base/aligned_array.h"
-
 #include <doctest/doctest.h>
 
 #include <cstdint>
 #include <utility>
 
+#include "common/base/arrays.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
