@@ -11,27 +11,6 @@ unsigned char byte_at(std::string_view text, std::size_t i) {
   return static_cast<unsigned char>(text[i]);
 }
 
-}  // namespace
-
-CodePoint first_code_point(std::string_view text) {
-  const unsigned char lead = byte_at(text, 0);
-  if (lead < 0x80) return {1, lead};
-  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-  if (lead < 0xC2 || lead > 0xF4 || text.size() < length) return {};
-  char32_t value = lead & (0xFFU >> (length + 1));
-  for (std::size_t i = 1; i < length; ++i) {
-    const unsigned char next = byte_at(text, i);
-    if ((next & 0xC0U) != 0x80U) return {};
-    value = (value << 6) | (next & 0x3FU);
-  }
-  constexpr std::array<char32_t, 5> least{0, 0, 0x80, 0x800, 0x10000};
-  const bool surrogate = value >= 0xD800 && value <= 0xDFFF;
-  if (value < least[length] || value > 0x10FFFF || surrogate) return {};
-  return {length, value};
-}
-
-namespace {
-
 bool is_harmless(char32_t c) {
   if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return false;  // C0, DEL, C1
   if (c >= 0x200B && c <= 0x200F) return false;           // zero width, direction marks
@@ -54,6 +33,23 @@ std::string escape_of(char32_t c) {
 }
 
 }  // namespace
+
+CodePoint first_code_point(std::string_view text) {
+  const unsigned char lead = byte_at(text, 0);
+  if (lead < 0x80) return {1, lead};
+  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
+  if (lead < 0xC2 || lead > 0xF4 || text.size() < length) return {};
+  char32_t value = lead & (0xFFU >> (length + 1));
+  for (std::size_t i = 1; i < length; ++i) {
+    const unsigned char next = byte_at(text, i);
+    if ((next & 0xC0U) != 0x80U) return {};
+    value = (value << 6) | (next & 0x3FU);
+  }
+  constexpr std::array<char32_t, 5> least{0, 0, 0x80, 0x800, 0x10000};
+  const bool surrogate = value >= 0xD800 && value <= 0xDFFF;
+  if (value < least[length] || value > 0x10FFFF || surrogate) return {};
+  return {length, value};
+}
 
 std::string printable(std::string_view text, std::size_t max_bytes) {
   constexpr std::string_view ellipsis = "...";

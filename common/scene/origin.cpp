@@ -19,82 +19,64 @@ Vec3d center_of(const Scene& scene, std::size_t shape) {
   return 0.5 * (capsule.from + capsule.to);
 }
 
-/// Computes medians of a value of each shape, `Value(centre)`. It uses all shapes, because a
-/// choice of some would depend on their order.
-template <typename Value>
-class Median {
- public:
-  Median(const Scene& scene, const Value& value, int threads)
-      : scene_(scene),
-        count_(scene.spheres.size() + scene.capsules.size()),
-        value_(value),
-        bands_(count_, threads) {}
+/// A range that probably contains a median.
+struct Bracket {
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+};
 
-  /// A sample gives a bracket for the median. Then only the values in the bracket are examined. The
-  /// result is exact for every sample.
-  double find() const {
-    const Bracket bracket = sampled();
-    if (const std::optional<double> found = within(bracket)) return *found;
-    return *within({});
-  }
+/// Returns a bracket of the median of value_at(i), 0 <= i < count, from a sample. It contains the
+/// median except by chance (one in ten thousand) or if the values have some regularity.
+Bracket bracket_of(std::size_t count, const auto& value_at) {
+  constexpr std::size_t size = 4096;
+  constexpr std::size_t reach = 128;  // four standard deviations of the sample's median
+  const std::size_t step = count / size;
+  if (step < 2) return {};
+  std::vector<double> sample;
+  for (std::size_t i = 0; i < size; ++i) sample.push_back(value_at(i * step));
+  std::ranges::sort(sample);
+  return {sample[size / 2 - reach], sample[size / 2 + reach]};
+}
 
- private:
-  struct Bracket {
-    double least = -std::numeric_limits<double>::infinity();
-    double most = std::numeric_limits<double>::infinity();
-  };
-  /// The number of values below a bracket, and the values in it.
+/// Returns the median of value_at(i), 0 <= i < count, if the bracket contains it.
+std::optional<double> median_within(const Bracket& bracket, std::size_t count, int threads,
+                                    const auto& value_at) {
+  /// The number of values below the bracket, and the values in it.
   struct Part {
     std::size_t below = 0;
     std::vector<double> inside;
   };
-
-  /// Returns a bracket that contains the median, except by chance (one in ten thousand) or if the
-  /// values have some regularity.
-  [[nodiscard]] Bracket sampled() const {
-    constexpr std::size_t size = 4096;
-    constexpr std::size_t reach = 128;  // four standard deviations of the sample's median
-    const std::size_t step = count_ / size;
-    if (step < 2) return {};
-    std::vector<double> sample;
-    for (std::size_t i = 0; i < size; ++i) sample.push_back(value_(center_of(scene_, i * step)));
-    std::ranges::sort(sample);
-    return {sample[size / 2 - reach], sample[size / 2 + reach]};
-  }
-
-  /// Returns the median if the bracket contains it.
-  [[nodiscard]] std::optional<double> within(const Bracket& bracket) const {
-    std::vector<Part> parts(bands_.count());
-    bands_.run([&](std::size_t band, std::size_t begin, std::size_t end) {
-      Part part;
-      for (std::size_t i = begin; i < end; ++i) {
-        const double value = value_(center_of(scene_, i));
-        part.below += value < bracket.least ? 1U : 0U;
-        if (value >= bracket.least && value <= bracket.most) part.inside.push_back(value);
-      }
-      parts[band] = std::move(part);
-    });
-    const std::size_t rank = count_ / 2;
-    std::size_t below = 0;
-    std::vector<double> inside;
-    for (const Part& part : parts) {
-      below += part.below;
-      inside.insert(inside.end(), part.inside.begin(), part.inside.end());
+  const Bands bands(count, threads);
+  std::vector<Part> parts(bands.count());
+  bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+    Part part;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double value = value_at(i);
+      part.below += value < bracket.least ? 1U : 0U;
+      if (value >= bracket.least && value <= bracket.most) part.inside.push_back(value);
     }
-    if (rank < below || rank - below >= inside.size()) return {};
-    const auto middle = inside.begin() + static_cast<std::ptrdiff_t>(rank - below);
-    std::nth_element(inside.begin(), middle, inside.end());
-    return *middle;
+    parts[band] = std::move(part);
+  });
+  const std::size_t rank = count / 2;
+  std::size_t below = 0;
+  std::vector<double> inside;
+  for (const Part& part : parts) {
+    below += part.below;
+    inside.insert(inside.end(), part.inside.begin(), part.inside.end());
   }
+  if (rank < below || rank - below >= inside.size()) return {};
+  const auto middle = inside.begin() + static_cast<std::ptrdiff_t>(rank - below);
+  std::nth_element(inside.begin(), middle, inside.end());
+  return *middle;
+}
 
-  const Scene& scene_;
-  std::size_t count_;
-  const Value& value_;
-  Bands bands_;
-};
-
+/// Returns the median of a value of each shape, `value(centre)`. It uses all shapes, because a
+/// choice of some would depend on their order. The result is exact whatever the bracket is.
 double median_of(const Scene& scene, int threads, const auto& value) {
-  return Median(scene, value, threads).find();
+  const std::size_t count = scene.spheres.size() + scene.capsules.size();
+  const auto value_at = [&](std::size_t i) { return value(center_of(scene, i)); };
+  const auto found = median_within(bracket_of(count, value_at), count, threads, value_at);
+  return found ? *found : *median_within({}, count, threads, value_at);
 }
 
 /// Returns the distance from `origin` within which the camera and half of the shapes lie.

@@ -39,29 +39,6 @@ std::string share(double value) {
   return "1/" + std::to_string(std::lround(1 / value)) + " of";
 }
 
-}  // namespace
-
-double Requirements::computed_shift() const { return 0x1p-24 * extent; }
-
-double Requirements::spread() const { return shapes() == 0 ? 0 : extent / smallest_radius; }
-
-std::vector<std::string> Requirements::features() const {
-  std::vector<std::string> names;
-  const auto add = [&](bool present, const char* name) {
-    if (present) names.emplace_back(name);
-  };
-  add(diffuse > 0, "diffuse");
-  add(metal > 0, "metal");
-  add(fuzz, "fuzz");
-  add(dielectric > 0, "dielectric");
-  add(lens, "lens");
-  add(shapes() > 0 && !one_radius, "many-radii");
-  add(capsules > 0, "capsules");
-  return names;
-}
-
-namespace {
-
 /// Returns the change of a number by storing it in single precision.
 double single_precision_shift(double x) {
   return std::abs(static_cast<double>(static_cast<float>(x)) - x);
@@ -118,10 +95,6 @@ void add_part(const Requirements& part, Requirements& whole) {
   whole.nearest = std::min(whole.nearest, part.nearest);
 }
 
-}  // namespace
-
-namespace {
-
 void add_shapes(const auto& shapes, const Scene& scene, const Vec3d& eye, int threads,
                 Requirements& result) {
   const Bands bands(shapes.size(), threads);
@@ -135,30 +108,6 @@ void add_shapes(const auto& shapes, const Scene& scene, const Vec3d& eye, int th
   });
   for (const Requirements& part : parts) add_part(part, result);
 }
-
-}  // namespace
-
-Requirements requirements_of(const Scene& scene, int threads) {
-  Requirements result;
-  result.spheres = scene.spheres.size();
-  result.capsules = scene.capsules.size();
-  result.lens = scene.camera.aperture > 0;
-  result.origin = scene_origin(scene, threads);
-  const Vec3d eye = scene.camera.look_from - result.origin;
-  // The rays of an orthographic camera begin all over the picture, which counts as a square here.
-  result.extent = largest_component(eye) + scene.camera.view_height / 2 + scene.camera.aperture / 2;
-  result.smallest_radius = result.nearest = std::numeric_limits<double>::infinity();
-  add_shapes(scene.spheres, scene, eye, threads, result);
-  add_shapes(scene.capsules, scene, eye, threads, result);
-  if (result.shapes() == 0) result.smallest_radius = result.nearest = 0;
-  result.view_height = scene.camera.projection == Projection::orthographic
-                           ? scene.camera.view_height
-                           : 2 * scene.camera.tan_half_vfov * result.nearest;
-  result.one_radius = result.shapes() > 0 && result.smallest_radius == result.largest_radius;
-  return result;
-}
-
-namespace {
 
 /// A shift of surfaces relative to the length that limits it most.
 struct Sight {
@@ -208,6 +157,41 @@ void decide_precision(const Requirements& r, ResolvedSettings& result) {
 }
 
 }  // namespace
+
+std::vector<std::string> Requirements::features() const {
+  std::vector<std::string> names;
+  const auto add = [&](bool present, const char* name) {
+    if (present) names.emplace_back(name);
+  };
+  add(diffuse > 0, "diffuse");
+  add(metal > 0, "metal");
+  add(fuzz, "fuzz");
+  add(dielectric > 0, "dielectric");
+  add(lens, "lens");
+  add(shapes() > 0 && !one_radius, "many-radii");
+  add(capsules > 0, "capsules");
+  return names;
+}
+
+Requirements requirements_of(const Scene& scene, int threads) {
+  Requirements result;
+  result.spheres = scene.spheres.size();
+  result.capsules = scene.capsules.size();
+  result.lens = scene.camera.aperture > 0;
+  result.origin = scene_origin(scene, threads);
+  const Vec3d eye = scene.camera.look_from - result.origin;
+  // The rays of an orthographic camera begin all over the picture, which counts as a square here.
+  result.extent = largest_component(eye) + scene.camera.view_height / 2 + scene.camera.aperture / 2;
+  result.smallest_radius = result.nearest = std::numeric_limits<double>::infinity();
+  add_shapes(scene.spheres, scene, eye, threads, result);
+  add_shapes(scene.capsules, scene, eye, threads, result);
+  if (result.shapes() == 0) result.smallest_radius = result.nearest = 0;
+  result.view_height = scene.camera.projection == Projection::orthographic
+                           ? scene.camera.view_height
+                           : 2 * scene.camera.tan_half_vfov * result.nearest;
+  result.one_radius = result.shapes() > 0 && result.smallest_radius == result.largest_radius;
+  return result;
+}
 
 ResolvedSettings resolve_settings(const Requirements& requirements, const RenderSettings& asked) {
   ResolvedSettings result{asked, "asked for", "asked for"};

@@ -35,10 +35,10 @@ struct Requirements {
 
   /// Returns the distance by which computing in single precision moves surfaces: half an ulp of the
   /// largest number.
-  [[nodiscard]] double computed_shift() const;
+  [[nodiscard]] double computed_shift() const { return 0x1p-24 * extent; }
   [[nodiscard]] std::size_t shapes() const { return spheres + capsules; }
   /// Returns extent / smallest_radius: the extent in smallest radii; 0 without shapes.
-  [[nodiscard]] double spread() const;
+  [[nodiscard]] double spread() const { return shapes() == 0 ? 0 : extent / smallest_radius; }
 
   /// Returns names for the report of what the scene has: "diffuse", "metal", "fuzz", "dielectric",
   /// "lens", "many-radii", "capsules".
