@@ -49,26 +49,27 @@ std::pair<std::size_t, std::size_t> enough_levels(std::size_t level, std::size_t
 
 }  // namespace
 
-NoiseModel::Findings& NoiseModel::Findings::operator+=(const Findings& other) {
-  for (std::size_t i = 0; i < places; ++i) {
-    Around& sum = around[i];
-    const Around& more = other.around[i];
-    if (more.values == 0) continue;
-    for (std::size_t ratio = 0; ratio < ratios; ++ratio) sum.found[ratio] += more.found[ratio];
-    sum.values += more.values;
-    sum.squares += more.squares;
-    sum.variances += more.variances;
-  }
-  for (std::size_t i = 0; i < levels; ++i) {
-    own[i].values += other.own[i].values;
-    own[i].differences += other.own[i].differences;
-    own[i].variances += other.own[i].variances;
-  }
+void NoiseModel::Around::operator+=(const Around& other) {
+  if (other.values == 0) return;
+  for (std::size_t ratio = 0; ratio < ratios; ++ratio) found[ratio] += other.found[ratio];
+  values += other.values;
+  squares += other.squares;
+  variances += other.variances;
+}
+
+void NoiseModel::Own::operator+=(const Own& other) {
+  values += other.values;
+  differences += other.differences;
+  variances += other.variances;
+}
+
+void NoiseModel::Findings::operator+=(const Findings& other) {
+  for (std::size_t i = 0; i < places; ++i) around[i] += other.around[i];
+  for (std::size_t i = 0; i < levels; ++i) own[i] += other.own[i];
   samples += other.samples;
   unseen_squares += other.unseen_squares;
   unseen_values += other.unseen_values;
   unseen_samples += other.unseen_samples;
-  return *this;
 }
 
 NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon, std::size_t asked)
@@ -152,18 +153,9 @@ NoiseModel::Levels NoiseModel::levels_of(std::size_t place) const {
 }
 
 void NoiseModel::calibrate_around(std::size_t place, const Levels& borrowed) {
-  std::array<double, ratios> found{};
-  double values = 0;
-  double squares = 0;
-  double variances = 0;
-  for (std::size_t i = borrowed.first; i < borrowed.last; ++i) {
-    const Around& like = found_.around[i];
-    if (like.values == 0) continue;
-    values += like.values;
-    squares += like.squares;
-    variances += like.variances;
-    for (std::size_t ratio = 0; ratio < ratios; ++ratio) found[ratio] += like.found[ratio];
-  }
+  Around sum;
+  for (std::size_t i = borrowed.first; i < borrowed.last; ++i) sum += found_.around[i];
+  const auto& [found, values, squares, variances] = sum;
   double rest = 0.95 * values;
   std::size_t ratio = 0;
   while (ratio + 1 < ratios && rest > found[ratio]) rest -= found[ratio++];
@@ -181,16 +173,10 @@ void NoiseModel::calibrate_around(std::size_t place, const Levels& borrowed) {
 void NoiseModel::calibrate_own(std::size_t level) {
   const auto [first, last] =
       enough_levels(level, levels, [&](std::size_t i) { return found_.own[i].values; });
-  double differences = 0;
-  double variances = 0;
-  double values = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    differences += found_.own[i].differences;
-    variances += found_.own[i].variances;
-    values += found_.own[i].values;
-  }
-  const double gain = variances > 0 ? differences / variances : 1;
-  own_factor_[level] = (gain * values + prior) / (values + prior);
+  Own sum;
+  for (std::size_t i = first; i < last; ++i) sum += found_.own[i];
+  const double gain = sum.variances > 0 ? sum.differences / sum.variances : 1;
+  own_factor_[level] = (gain * sum.values + prior) / (sum.values + prior);
 }
 
 void NoiseModel::predict(const NoiseNearby& row, NoiseForecast& forecast) const {

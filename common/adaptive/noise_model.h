@@ -75,12 +75,16 @@ class NoiseModel {
     double values = 0;     ///< their number
     double squares = 0;    ///< sum of squared differences times counts
     double variances = 0;  ///< sum
+
+    void operator+=(const Around& other);
   };
   /// Statistics of the values with a similar variance of their own.
   struct Own {
     double values = 0;       ///< their number
     double differences = 0;  ///< sum of squares
     double variances = 0;    ///< sum of the means' variances
+
+    void operator+=(const Own& other);
   };
 
   /// Sums over some of the rows.
@@ -93,7 +97,7 @@ class NoiseModel {
     double unseen_values = 0;
     double unseen_samples = 0;
 
-    Findings& operator+=(const Findings& other);
+    void operator+=(const Findings& other);
   };
 
   /// Factors for independent samples of variance 1, by the surroundings of a pixel.

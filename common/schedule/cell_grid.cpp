@@ -168,16 +168,8 @@ std::vector<CellRange> CellList::cells_at(const CellRange& places) const {
   return cells;
 }
 
-std::vector<SampleRange> CellBatch::ranges_of(std::uint64_t index) const {
-  const RunSamples view = run_samples(index);
-  std::vector<SampleRange> ranges(grid->cell(index).pixels());
-  for (std::size_t i = 0; i < ranges.size(); ++i) ranges[i] = view[i];
-  return ranges;
-}
-
 std::vector<SampleRange> CellBatch::column_ranges_of(std::uint64_t index) const {
   const Cell cell = grid->cell(index);
-  if (cell.step == 1) return ranges_of(index);
   const RunSamples view = run_samples(index);
   std::vector<SampleRange> ranges(cell.x_end - cell.x_begin);
   for (std::size_t i = 0; i < cell.pixels(); ++i) ranges[i * cell.step] = view[i];

@@ -156,10 +156,8 @@ struct CellBatch {
   /// samples of its cell.
   std::vector<SampleRange> samples;
 
-  /// Returns the sample range of each pixel of cell `index`, which must lie in `range`.
-  [[nodiscard]] std::vector<SampleRange> ranges_of(std::uint64_t index) const;
-  /// Returns the sample range of each column from the cell's first to its last. Columns between its
-  /// pixels have empty ranges.
+  /// Returns the sample range of each column of cell `index`, which must lie in `range`, from its
+  /// first to its last. Columns between its pixels have empty ranges.
   [[nodiscard]] std::vector<SampleRange> column_ranges_of(std::uint64_t index) const;
   /// Returns the sample ranges of the cell's pixels as a view of this object.
   [[nodiscard]] RunSamples run_samples(std::uint64_t index) const {

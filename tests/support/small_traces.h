@@ -69,7 +69,7 @@ inline std::vector<std::byte> plain_records(const RenderSettings& settings,
   std::vector<std::byte> records;
   for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
     const Cell cell = batch.grid->cell(index);
-    const auto ranges = batch.ranges_of(index);
+    const auto ranges = batch.run_samples(index);
     std::vector<PixelSums> sums(batch.grid->shape().cell_pixels);
     TraceCounts counts;
     for (std::uint32_t i = 0; i < cell.pixels(); ++i) {

@@ -15,7 +15,7 @@ using CellCost = std::function<double(const CellBatch& batch, std::uint64_t cell
 /// Returns the number of samples of one cell of the batch.
 inline std::uint64_t samples_of(const CellBatch& batch, std::uint64_t cell) {
   std::uint64_t samples = 0;
-  for (const SampleRange& range : batch.ranges_of(cell)) samples += range.count();
+  for (const SampleRange& range : batch.column_ranges_of(cell)) samples += range.count();
   return samples;
 }
 

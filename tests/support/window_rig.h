@@ -76,7 +76,7 @@ inline TracedCells made_cells(const CellBatch& batch, std::uint64_t nanoseconds 
   cells.records.resize(batch.range.count() * size);
   for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
     const Cell cell = batch.grid->cell(index);
-    const auto ranges = batch.ranges_of(index);
+    const auto ranges = batch.run_samples(index);
     std::vector<PixelSums> sums(cell.pixels());
     Made made;
     for (std::uint32_t i = 0; i < cell.pixels(); ++i) {

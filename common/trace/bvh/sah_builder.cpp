@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <limits>
 #include <vector>
 
@@ -98,7 +97,6 @@ class Builder {
       std::uint32_t next = 1;
       build(measured_side_by_side(), 0, next, 1);
     }
-    tree_.depth = depth_;
     return std::move(tree_);
   }
 
@@ -176,7 +174,6 @@ class Builder {
   void build(const Range& range, std::uint32_t node, std::uint32_t& next, std::uint32_t level) {
     BinaryNode<Store>& made = tree_.nodes[node];
     made = {narrow(range.box), range.begin, range.end, 0, 0};
-    note_depth(level);
     if (range.count() <= leaf_size_) return;
     Range left;
     Range right;
@@ -204,12 +201,6 @@ class Builder {
 
   static Bounds<Store> narrow(const WideBounds<Store>& box) {
     return {{box.lo[0], box.lo[1], box.lo[2]}, {box.hi[0], box.hi[1], box.hi[2]}};
-  }
-
-  void note_depth(std::uint32_t level) {
-    std::uint32_t known = depth_.load(std::memory_order_relaxed);
-    while (known < level && !depth_.compare_exchange_weak(known, level)) {
-    }
   }
 
   /// Returns the number of block tests for a number of shapes.
@@ -461,7 +452,6 @@ class Builder {
   std::uint32_t leaf_size_;
   int threads_;
   BinaryTree<Store> tree_;
-  std::atomic<std::uint32_t> depth_ = 0;
 };
 
 }  // namespace

@@ -48,10 +48,9 @@ template <typename Store>
 struct BinaryTree {
   std::unique_ptr<BinaryNode<Store>[]> nodes;
   std::size_t capacity = 0;  ///< of `nodes`
-  /// Number of nodes from the root to the deepest leaf, both included; at most max_tree_depth.
-  std::uint32_t depth = 0;
 };
 
+/// The most nodes from the root of a tree to a leaf, both included.
 inline constexpr std::uint32_t max_tree_depth = 64;
 
 /// Builds a tree top-down by the surface area heuristic with 16 bins per axis. Ranges of more than

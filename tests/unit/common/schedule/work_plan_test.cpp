@@ -75,7 +75,7 @@ class Samples {
     const CellBatch batch = plan.batch({0, plan.cells()});
     for (std::uint64_t index = 0; index < plan.cells(); ++index) {
       const Cell cell = plan.cell(index);
-      const auto ranges = batch.ranges_of(index);
+      const auto ranges = batch.run_samples(index);
       for (std::uint32_t i = 0; i < cell.pixels(); ++i) add(cell.y, cell.x_begin + i, ranges[i]);
     }
   }
