@@ -140,9 +140,4 @@ double Allocation::relative_cost(double share, double rays) const {
   return placed / even;
 }
 
-bool adaptive_pays(const Allocation& allocation, double rays) {
-  constexpr double well = 0.9;
-  return allocation.relative_cost(0.5, rays) < well;
-}
-
 }  // namespace parray::adaptive

@@ -65,8 +65,4 @@ class Allocation {
   std::vector<char> quiet_;  ///< 1: the pixel has almost no noise, as where it sees only the sky
 };
 
-/// Returns whether adaptive placement of the next samples saves clearly more than it costs. All
-/// pixels must have the same number of samples. `rays`: see relative_cost().
-bool adaptive_pays(const Allocation& allocation, double rays);
-
 }  // namespace parray::adaptive

@@ -183,13 +183,6 @@ std::string_view name_of(StopReason reason) {
 }
 
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
-                        std::uint32_t pass, const Affordable& affordable,
-                        const PictureJudge& judge) {
-  Placement placement(state, settings);
-  return next_pass_size(state, settings, pass, placement, affordable, judge);
-}
-
-PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, Placement& placement, const Affordable& affordable,
                         const PictureJudge& judge) {
   if (!settings.passes.empty()) {

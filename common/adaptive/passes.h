@@ -95,11 +95,9 @@ struct Affordable {
 /// odd, an adaptive pass may add one more or one fewer (see Placement::counts()). The sizes of the
 /// passes determine the counts of all pixels. So settings.passes from a report repeats the picture
 /// if `adaptive` and the kind of target are the same.
-PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
-                        std::uint32_t pass, const Affordable& affordable = {},
-                        const PictureJudge& judge = {});
-/// Does the same with a Placement of `state` and `settings`. Afterwards its counts() or
-/// even_counts() give the samples of each pixel.
+///
+/// `placement` is that of `state` and `settings`. Afterwards its counts() or even_counts() give the
+/// samples of each pixel.
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, Placement& placement, const Affordable& affordable = {},
                         const PictureJudge& judge = {});

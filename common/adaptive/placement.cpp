@@ -54,7 +54,8 @@ Placement::Kind Placement::kind_of(std::uint64_t samples) {
   if (samples < traced_ / 2) {  // finding their places takes as long as tracing some of them
     return Kind::even;
   }
-  if (!pays_) pays_ = adaptive_pays(prediction(), state_.rays_per_sample);
+  constexpr double well = 0.9;
+  if (!pays_) pays_ = prediction().relative_cost(0.5, state_.rays_per_sample) < well;
   return *pays_ ? Kind::by_noise : Kind::even;
 }
 

@@ -28,10 +28,10 @@ struct NoiseWeights {
 /// All pixels get the same number of samples unless settings.adaptive is set. With it, Allocation
 /// (allocation.h) places samples once every pixel has pilot_samples. With a target_half_width,
 /// samples are placed for equal half-widths. Otherwise they are placed for the least RMSE, and only
-/// if adaptive_pays() holds. Without a target_half_width, a pass that adds little (is_little())
-/// keeps the present proportions of counts. Equal counts then stay equal in a pass of less than
-/// half of the present samples. In a large picture, the prediction of how many samples are needed
-/// uses only some rows.
+/// if that costs clearly less than equal numbers of samples. Without a target_half_width, a pass
+/// that adds little (is_little()) keeps the present proportions of counts. Equal counts then stay
+/// equal in a pass of less than half of the present samples. In a large picture, the prediction of
+/// how many samples are needed uses only some rows.
 class Placement {
  public:
   /// Refers to `state`, which must have pixels, and to `found`. `found` holds the weights that

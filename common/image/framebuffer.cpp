@@ -28,14 +28,6 @@ void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSum
   }
 }
 
-void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
-                      std::span<const SampleRange> ranges) {
-  if (sums.size() != ranges.size()) {
-    throw std::logic_error("the number of sample ranges differs from the number of pixels");
-  }
-  add(y, x, sums, RunSamples(ranges));
-}
-
 void Framebuffer::expect(std::uint32_t y, std::uint32_t x) const {
   constexpr std::size_t line = 64;
   // Four pixels; the processor prefetches the following ones itself.

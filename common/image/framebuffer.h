@@ -35,11 +35,7 @@ class Framebuffer {
   /// outside the image.
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
            const RunSamples& samples, std::uint32_t step = 1);
-  /// Adds sums of pixels (x, y), (x + 1, y) ... with one range of samples per pixel. Throws
-  /// std::logic_error as above, and if `ranges` and `sums` differ in size.
-  void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
-           std::span<const SampleRange> ranges);
-  /// Adds to counts(), which the calls above leave as they are.
+  /// Adds to counts(), which the call above leaves as they are.
   void add(const TraceCounts& counts) { counts_ += counts; }
   /// Prefetches the memory of pixel (x, y) and of some pixels right of it, which the caller will
   /// add to next.

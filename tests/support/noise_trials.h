@@ -52,15 +52,23 @@ struct GrowingPicture {
   [[nodiscard]] std::vector<double> means() const;
 };
 
+/// Returns the size of a pass with a placement of its own.
+inline PassSize size_of_pass(const FramebufferView& state, const RenderSettings& settings,
+                             std::uint32_t pass, const Affordable& affordable = {}) {
+  Placement placement(state, settings);
+  return next_pass_size(state, settings, pass, placement, affordable);
+}
+
 /// Completes a picture pass by pass, as the settings ask. grow(until) traces the samples of a pass.
 /// Returns why the picture is complete.
 template <typename Grow>
 StopReason grow_in_passes(const RenderSettings& settings, GrowingPicture& picture, Grow&& grow) {
   NoiseWeights found;
   for (std::uint32_t pass = 0;; ++pass) {
-    const PassSize size = next_pass_size(picture.state(), settings, pass);
+    Placement placement(picture.state(), settings, &found);
+    const PassSize size = next_pass_size(picture.state(), settings, pass, placement);
     if (size.samples == 0) return size.stop;
-    grow(Placement(picture.state(), settings, &found).counts(size.samples));
+    grow(placement.counts(size.samples));
   }
 }
 

@@ -1,8 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <numeric>
-#include <utility>
+#include <optional>
 #include <vector>
 
 #include "common/scene/largest_radiance.h"
@@ -31,16 +30,15 @@ struct TracedPicture : TraceScene<Real>, PathEnds<Real> {};
 template <typename Real, typename Store>
 TracedPicture<Real> reference_scene(const Scene& scene, const RenderSettings& settings) {
   const Vec3d origin = scene_origin(scene);
+  const Camera camera = moved(scene.camera, origin);
   TracedPicture<Real> result{
       {{}, {}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
-      {CameraRays<Real>(moved(scene.camera, origin), settings.width, settings.height),
-       {},
-       settings.max_depth}};
+      {CameraRays<Real>(camera, settings.width, settings.height), {}, settings.max_depth}};
   add_shapes<Store>(scene, origin, result);
   // Each path tests all shapes for its start.
-  std::vector<std::uint32_t> all(result.shape_count());
-  std::iota(all.begin(), all.end(), 0U);
-  result.start = StartShapes(std::move(all));
+  const std::optional<PixelBox> all({0, settings.width - 1, 0, settings.height - 1});
+  result.start = StartShapes(RayStarts(camera, settings.width, settings.height),
+                             result.shape_count(), [&](std::uint32_t) { return all; });
   return result;
 }
 

@@ -48,7 +48,7 @@ inline void trace_into(Framebuffer& framebuffer, const PathTracer& tracer,
     std::vector<PixelSums> sums(width);
     TraceCounts counts;
     tracer.trace_run({y, 0, width}, RunSamples(row), sums, counts);
-    framebuffer.add(y, 0, sums, row);
+    framebuffer.add(y, 0, sums, RunSamples(row));
     framebuffer.add(counts);
   }
 }
@@ -71,10 +71,11 @@ inline std::string reference_passes_sha256(const Scene& scene, RenderSettings se
   Framebuffer framebuffer(settings.width, settings.height);
   NoiseWeights found;
   for (std::uint32_t pass = 0;; ++pass) {
-    const PassSize size = next_pass_size(framebuffer.view(largest), settings, pass);
+    const FramebufferView state = framebuffer.view(largest);
+    Placement placement(state, settings, &found);
+    const PassSize size = next_pass_size(state, settings, pass, placement);
     if (size.samples == 0) return image_sha256(resolve_image(framebuffer, largest));
-    const auto targets =
-        Placement(framebuffer.view(largest), settings, &found).counts(size.samples);
+    const auto targets = placement.counts(size.samples);
     std::vector<SampleRange> ranges;
     for (std::size_t i = 0; i < targets.size(); ++i) {
       ranges.push_back({framebuffer.samples()[i], targets[i]});

@@ -106,7 +106,7 @@ inline void make_into(Framebuffer& framebuffer, const std::vector<SampleRange>& 
     const auto x = static_cast<std::uint32_t>(pixel % framebuffer.width());
     PixelSums sums;
     made.add(y, x, ranges[pixel], sums);
-    framebuffer.add(y, x, {&sums, 1}, {&ranges[pixel], 1});
+    framebuffer.add(y, x, {&sums, 1}, RunSamples(ranges[pixel]));
   }
   framebuffer.add(made.counts);
   for (const ExcludedSamples& some : made.excluded) framebuffer.exclude(some);

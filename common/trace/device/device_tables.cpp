@@ -12,7 +12,6 @@
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
 #include "common/trace/integrator/start_shapes.h"
-#include "common/trace/integrator/trace_scene.h"
 
 namespace parray::trace {
 namespace {

@@ -11,8 +11,6 @@ namespace {
 /// memory. With fewer, a tile has more spheres to test.
 constexpr std::uint64_t most_tiles = 1U << 16;
 constexpr std::uint64_t entries_a_sphere = 8;
-/// The `bits` of a single tile that covers any picture.
-constexpr std::uint32_t whole_picture = 31;
 
 std::uint32_t tiles_along(std::uint32_t pixels, std::uint32_t bits) {
   return ((pixels - 1) >> bits) + 1;
@@ -64,11 +62,6 @@ std::optional<PixelBox> RayStarts::box(const Vec3d& to_center, double radius) co
   if (!columns || !rows) return {};
   return PixelBox{columns->first, columns->second, rows->first, rows->second};
 }
-
-StartShapes::StartShapes(std::vector<std::uint32_t> everywhere)
-    : tiles_{nullptr, nullptr, whole_picture, 1},
-      begins_{0, static_cast<std::uint32_t>(everywhere.size())},
-      numbers_(std::move(everywhere)) {}
 
 void StartShapes::sort_into_tiles(std::span<const Candidate> candidates, std::uint32_t width,
                                   std::uint32_t height) {

@@ -79,9 +79,7 @@ class RayStarts {
 class StartShapes {
  public:
   /// Makes an empty object.
-  StartShapes() : StartShapes(std::vector<std::uint32_t>{}) {}
-  /// Makes an object with these shapes for all pixels.
-  explicit StartShapes(std::vector<std::uint32_t> everywhere);
+  StartShapes() = default;
   /// Selects the numbers in 0 .. count - 1 of the shapes for which `box_of(number)` returns a box.
   /// It must return RayStarts::inside() of the shape.
   StartShapes(const RayStarts& starts, std::uint32_t count, const auto& box_of) {
@@ -112,8 +110,8 @@ class StartShapes {
   void sort_into_tiles(std::span<const Candidate> candidates, std::uint32_t width,
                        std::uint32_t height);
 
-  StartTable tiles_;  ///< without the tables
-  std::vector<std::uint32_t> begins_;
+  StartTable tiles_{.bits = 31};  ///< without the tables; by default one tile covers any picture
+  std::vector<std::uint32_t> begins_{0, 0};
   std::vector<std::uint32_t> numbers_;
 };
 

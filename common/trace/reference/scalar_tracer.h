@@ -8,9 +8,32 @@
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
-#include "common/trace/integrator/trace_scene.h"
+#include "common/trace/integrator/start_shapes.h"
 
 namespace parray::trace {
+
+/// Everything that a path can meet: a PathScene. Positions are relative to scene_origin().
+/// Immutable; all threads and all pictures of the scene share it.
+template <typename Real>
+struct TraceScene {
+  std::vector<SphereShape<Real>> spheres;
+  std::vector<CapsuleShape<Real>> capsules;  ///< numbered after the spheres
+  std::vector<std::uint32_t> material_of;    ///< index in `surfaces`, per shape
+  std::vector<MaterialParameters<Real>> surfaces;
+  SkyGradient<Real> sky;
+
+  [[nodiscard]] std::uint32_t shape_count() const {
+    return static_cast<std::uint32_t>(spheres.size() + capsules.size());
+  }
+};
+
+/// How the paths of a picture begin and end. Immutable; all threads share it.
+template <typename Real>
+struct PathEnds {
+  CameraRays<Real> view;
+  StartShapes start;            ///< numbers of shapes that paths may begin inside of; mostly empty
+  std::uint32_t max_depth = 1;  ///< ray segments of the longest path
+};
 
 /// Adds the shapes of a scene, and the numbers of their materials, to `to`. `Store` is the type
 /// that positions are rounded to, relative to `origin`.

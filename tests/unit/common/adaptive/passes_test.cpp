@@ -24,6 +24,7 @@ namespace {
 using test::Dice;
 using test::grow_in_passes;
 using test::GrowingPicture;
+using test::size_of_pass;
 
 RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint32_t spp) {
   RenderSettings settings;
@@ -61,12 +62,12 @@ double mean_count(const GrowingPicture& picture, const TwoHalves& halves, bool r
 TEST_CASE("passes: without targets the picture is done in one, with all samples") {
   const RenderSettings settings = sized(7, 5, 13);
   GrowingPicture picture(settings, 1);
-  const PassSize first = next_pass_size(picture.state(), settings, 0);
+  const PassSize first = size_of_pass(picture.state(), settings, 0);
   CHECK(first.samples == 7 * 5 * 13);
   const auto counts = Placement(picture.state(), settings).counts(first.samples);
   CHECK(counts == std::vector<std::uint32_t>(35, 13));
   picture.counts = counts;
-  const PassSize second = next_pass_size(picture.state(), settings, 1);
+  const PassSize second = size_of_pass(picture.state(), settings, 1);
   CHECK(second.samples == 0);
   CHECK(second.stop == StopReason::samples);
 }
@@ -227,7 +228,7 @@ TEST_CASE(
   const auto error_for = [&](double error, double half_width) {
     settings.target_error = error;
     settings.target_half_width = half_width;
-    return next_pass_size(picture.state(), settings, 1).error;
+    return size_of_pass(picture.state(), settings, 1).error;
   };
   const ErrorEstimate all = estimate_error(picture.state());
   const ErrorEstimate some = estimate_rmse(picture.state(), 6);
@@ -307,7 +308,7 @@ TEST_CASE("passes: with a time limit never more than there is time for, and near
     for (std::uint32_t pass = 0;; ++pass) {
       REQUIRE(pass < 20);
       const std::uint64_t left = affordable - picture.samples();
-      const PassSize size = next_pass_size(picture.state(), settings, pass, {left});
+      const PassSize size = size_of_pass(picture.state(), settings, pass, {left});
       if (size.samples == 0) {
         CHECK(size.stop == StopReason::time);
         break;
@@ -324,7 +325,7 @@ TEST_CASE("passes: the first has a sample of some pixels, however little time th
   RenderSettings settings = sized(300, 200, 100);
   settings.time_limit = 1;
   const GrowingPicture picture(settings, 1);
-  CHECK(next_pass_size(picture.state(), settings, 0, {1}).samples == 75 * 50);
+  CHECK(size_of_pass(picture.state(), settings, 0, {1}).samples == 75 * 50);
   const auto stages = lattices_of_pass(300, 200, 0, 75 * 50);
   CHECK(stages == std::vector<Stage>{{0, 1, Lattice{0, 0, 4}}});
 }
