@@ -7,7 +7,7 @@
 #include "common/base/arrays.h"
 #include "common/base/bands.h"
 #include "common/trace/bvh/bvh_view.h"
-#include "common/trace/bvh/collapse.h"
+#include "common/trace/bvh/sah_builder.h"
 
 namespace parray::trace {
 
@@ -90,6 +90,7 @@ class WideBvh {
 
  private:
   using Items = AlignedArray<Item>;
+  class Builder;
 
   WideBvh(Items items, bool tree, int threads);
   static Items items_of(std::size_t count, const auto& shape_at, int threads) {
@@ -102,26 +103,6 @@ class WideBvh {
     return items;
   }
   [[nodiscard]] std::uint32_t index_mask() const { return (1U << index_bits_) - 1; }
-  /// Moves the shapes that stay outside the tree to the front and returns their number.
-  static std::size_t move_giants(Items& items);
-  void build(Items& items, std::size_t open, int threads);
-  void fill_open_blocks(const Items& items);
-  void fill_block(std::uint32_t index, const Item* items, std::uint32_t count);
-  /// The next node and block to write, and the most levels written so far.
-  struct Places {
-    std::uint32_t node = 0;
-    std::uint32_t block = 0;
-    std::uint32_t depth = 0;
-  };
-  using Tree = BinaryTree<Store>;
-  using Wide = Collapse<Store, W>;
-
-  static void count(const Tree& tree, const Wide& wide, std::uint32_t below, Places& places);
-  void emit(const Tree& tree, const Wide& wide, const Item* items, Places next, int threads);
-  void emit(const Tree& tree, const Wide& wide, const Item* items, std::uint32_t below,
-            std::uint32_t level, Places& next);
-  void set_children(WideNode<Store, W>& node, const Tree& tree,
-                    const typename Wide::Children& children);
 
   AlignedArray<Block<Store, W>> blocks_;
   AlignedArray<WideNode<Store, W>> nodes_;
