@@ -50,26 +50,6 @@ class HashWriter {
   std::size_t fill_ = 0;
 };
 
-void put_vec(auto& out, const Vec3d& v) {
-  out.put(v.x);
-  out.put(v.y);
-  out.put(v.z);
-}
-
-double get_number(ByteReader& in, double lowest, double highest) {
-  const auto value = in.get<double>();
-  if (!(value >= lowest && value <= highest)) throw DecodeError("scene: a number is out of range");
-  return value;
-}
-
-Vec3d get_vec(ByteReader& in, double lowest, double highest) {
-  Vec3d v;
-  v.x = get_number(in, lowest, highest);
-  v.y = get_number(in, lowest, highest);
-  v.z = get_number(in, lowest, highest);
-  return v;
-}
-
 /// The form of a scene's bytes, which their first digit tells.
 struct Form {
   Projection projection = Projection::perspective;
@@ -94,114 +74,118 @@ Form get_form(ByteReader& in) {
       "all machines");
 }
 
-Camera get_camera(ByteReader& in, Projection projection) {
+/// Writes the parts of a scene. `Out`: a ByteWriter or HashWriter.
+template <typename Out>
+struct SceneWriter {
+  Out& out;
+
+  void plain(const auto& value) { out.put(value); }
+  void number(double value, double /*least*/, double /*most*/) { out.put(value); }
+  void check(bool /*good*/, const char* /*fault*/) {}
+  void list(const auto& items, std::uint64_t /*most*/, std::size_t /*item_bytes*/,
+            const auto& put) {
+    out.put(static_cast<std::uint64_t>(items.size()));
+    for (const auto& item : items) put(item);
+  }
+};
+
+/// Reads the parts of a scene. Throws DecodeError if a check fails.
+struct SceneReader {
+  ByteReader in;
+
+  void plain(auto& value) { in.numbers(value); }
+  void number(double& value, double least, double most) {
+    in.numbers(value);
+    check(value >= least && value <= most, "a number is out of range");
+  }
+  void check(bool good, const char* fault) {
+    if (!good) throw DecodeError(std::string("scene: ") + fault);
+  }
+  /// Checks that the count fits the remaining bytes, so that a false count cannot cause a large
+  /// allocation.
+  void list(auto& items, std::uint64_t most, std::size_t item_bytes, const auto& get) {
+    const auto count = in.get<std::uint64_t>();
+    check(count <= most && count <= in.left() / item_bytes,
+          "a count exceeds its limit or the data that follows");
+    items.reserve(count);
+    for (std::uint64_t i = 0; i < count; ++i) get(items.emplace_back());
+  }
+};
+
+// The parts of a scene in the order of its bytes, with the checks of a reader. `io` is a
+// SceneWriter or a SceneReader.
+
+void pass_vec(auto& io, auto& v, double least, double most) {
+  io.number(v.x, least, most);
+  io.number(v.y, least, most);
+  io.number(v.z, least, most);
+}
+
+void pass_camera(auto& io, auto& camera) {
   constexpr double reach = limits::max_length;
-  Camera camera;
-  camera.projection = projection;
-  camera.look_from = get_vec(in, -reach, reach);
-  camera.look_at = get_vec(in, -reach, reach);
-  camera.up = get_vec(in, -reach, reach);
-  const bool parallel = projection == Projection::orthographic;
-  camera.view_height = parallel ? get_number(in, limits::min_radius, reach) : 0;
-  camera.vfov = parallel ? 0 : get_number(in, 0, 180);
-  camera.aperture = get_number(in, 0, reach);
-  camera.focus_distance = get_number(in, limits::min_radius, reach);
-  camera.tan_half_vfov = parallel ? 0 : get_number(in, least_tangent, largest_tangent);
-  const Vec3d back = camera.look_from - camera.look_at;
-  if (!(length(back) > 0) || !(length(cross(camera.up, back)) > 0)) {
-    throw DecodeError("scene: impossible camera");
-  }
-  return camera;
-}
-
-Material get_material(ByteReader& in) {
-  Material material;
-  const auto type = in.get<std::uint8_t>();
-  if (type > static_cast<std::uint8_t>(MaterialType::dielectric)) {
-    throw DecodeError("scene: unknown material type");
-  }
-  material.type = static_cast<MaterialType>(type);
-  material.albedo = get_vec(in, 0, 1);
-  material.fuzz = get_number(in, 0, 1);
-  material.ior = get_number(in, limits::min_radius, limits::max_length);
-  return material;
-}
-
-Sphere get_sphere(ByteReader& in, std::size_t material_count) {
-  Sphere sphere;
-  sphere.center = get_vec(in, -limits::max_length, limits::max_length);
-  sphere.radius = get_number(in, limits::min_radius, limits::max_length);
-  sphere.material = in.get<std::uint32_t>();
-  if (sphere.material >= material_count) {
-    throw DecodeError("scene: the material of a sphere does not exist");
-  }
-  return sphere;
-}
-
-Capsule get_capsule(ByteReader& in, std::size_t material_count) {
-  constexpr double reach = limits::max_length;
-  Capsule capsule;
-  capsule.from = get_vec(in, -reach, reach);
-  capsule.to = get_vec(in, -reach, reach);
-  capsule.radius = get_number(in, limits::min_radius, reach);
-  capsule.material = in.get<std::uint32_t>();
-  if (capsule.material >= material_count) {
-    throw DecodeError("scene: the material of a capsule does not exist");
-  }
-  if (!has_valid_ends(capsule)) {
-    throw DecodeError("scene: the ends of a capsule are too near to each other");
-  }
-  return capsule;
-}
-
-/// Reads a count that fits the remaining bytes, so that a false count cannot cause a large
-/// allocation.
-std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes) {
-  const auto count = in.get<std::uint64_t>();
-  if (count > most || count > in.left() / item_bytes) {
-    throw DecodeError("scene: a count exceeds its limit or the data that follows");
-  }
-  return static_cast<std::size_t>(count);
-}
-
-void put_camera(auto& out, const Camera& camera) {
   const bool parallel = camera.projection == Projection::orthographic;
-  put_vec(out, camera.look_from);
-  put_vec(out, camera.look_at);
-  put_vec(out, camera.up);
-  out.put(parallel ? camera.view_height : camera.vfov);
-  out.put(camera.aperture);
-  out.put(camera.focus_distance);
-  if (!parallel) out.put(camera.tan_half_vfov);
+  pass_vec(io, camera.look_from, -reach, reach);
+  pass_vec(io, camera.look_at, -reach, reach);
+  pass_vec(io, camera.up, -reach, reach);
+  if (parallel) {
+    io.number(camera.view_height, limits::min_radius, reach);
+  } else {
+    io.number(camera.vfov, 0, 180);
+  }
+  io.number(camera.aperture, 0, reach);
+  io.number(camera.focus_distance, limits::min_radius, reach);
+  if (!parallel) io.number(camera.tan_half_vfov, least_tangent, largest_tangent);
+  const Vec3d back = camera.look_from - camera.look_at;
+  io.check(length(back) > 0 && length(cross(camera.up, back)) > 0, "impossible camera");
 }
 
-void put_scene(auto& out, const Scene& scene) {
+void pass_material(auto& io, auto& material) {
+  io.plain(material.type);
+  io.check(material.type <= MaterialType::dielectric, "unknown material type");
+  pass_vec(io, material.albedo, 0, 1);
+  io.number(material.fuzz, 0, 1);
+  io.number(material.ior, limits::min_radius, limits::max_length);
+}
+
+void pass_sphere(auto& io, auto& sphere, std::size_t material_count) {
+  pass_vec(io, sphere.center, -limits::max_length, limits::max_length);
+  io.number(sphere.radius, limits::min_radius, limits::max_length);
+  io.plain(sphere.material);
+  io.check(sphere.material < material_count, "the material of a sphere does not exist");
+}
+
+void pass_capsule(auto& io, auto& capsule, std::size_t material_count) {
+  constexpr double reach = limits::max_length;
+  pass_vec(io, capsule.from, -reach, reach);
+  pass_vec(io, capsule.to, -reach, reach);
+  io.number(capsule.radius, limits::min_radius, reach);
+  io.plain(capsule.material);
+  io.check(capsule.material < material_count, "the material of a capsule does not exist");
+  io.check(has_valid_ends(capsule), "the ends of a capsule are too near to each other");
+}
+
+void pass_scene(auto& io, auto& scene, bool capsules) {
+  pass_camera(io, scene.camera);
+  pass_vec(io, scene.sky.horizon, 0, limits::max_radiance);
+  pass_vec(io, scene.sky.zenith, 0, limits::max_radiance);
+  const auto& materials = scene.materials;
+  io.list(scene.materials, limits::max_materials, material_bytes,
+          [&](auto& material) { pass_material(io, material); });
+  io.list(scene.spheres, limits::max_shapes, scene_bytes_of_sphere,
+          [&](auto& sphere) { pass_sphere(io, sphere, materials.size()); });
+  if (!capsules) return;
+  io.list(scene.capsules, limits::max_shapes - scene.spheres.size(), scene_bytes_of_capsule,
+          [&](auto& capsule) { pass_capsule(io, capsule, materials.size()); });
+  io.check(!scene.capsules.empty(), "a list of capsules is empty");
+}
+
+template <typename Out>
+void put_scene(Out& out, const Scene& scene) {
+  const Form form{scene.camera.projection, !scene.capsules.empty()};
   out.put_bytes(magic);
-  out.put(Form{scene.camera.projection, !scene.capsules.empty()}.digit());
-  put_camera(out, scene.camera);
-  put_vec(out, scene.sky.horizon);
-  put_vec(out, scene.sky.zenith);
-  out.put(static_cast<std::uint64_t>(scene.materials.size()));
-  for (const Material& material : scene.materials) {
-    out.put(static_cast<std::uint8_t>(material.type));
-    put_vec(out, material.albedo);
-    out.put(material.fuzz);
-    out.put(material.ior);
-  }
-  out.put(static_cast<std::uint64_t>(scene.spheres.size()));
-  for (const Sphere& sphere : scene.spheres) {
-    put_vec(out, sphere.center);
-    out.put(sphere.radius);
-    out.put(sphere.material);
-  }
-  if (scene.capsules.empty()) return;
-  out.put(static_cast<std::uint64_t>(scene.capsules.size()));
-  for (const Capsule& capsule : scene.capsules) {
-    put_vec(out, capsule.from);
-    put_vec(out, capsule.to);
-    out.put(capsule.radius);
-    out.put(capsule.material);
-  }
+  out.put(form.digit());
+  SceneWriter<Out> writer{out};
+  pass_scene(writer, scene, form.capsules);
 }
 
 }  // namespace
@@ -221,30 +205,13 @@ std::string scene_to_bytes(const Scene& scene) {
 }
 
 Scene scene_from_bytes(std::string_view bytes) {
-  ByteReader in(bytes);
+  SceneReader reader{ByteReader(bytes)};
+  const Form form = get_form(reader.in);
   Scene scene;
-  const Form form = get_form(in);
-  scene.camera = get_camera(in, form.projection);
-  scene.sky.horizon = get_vec(in, 0, limits::max_radiance);
-  scene.sky.zenith = get_vec(in, 0, limits::max_radiance);
-  const std::size_t material_count = get_count(in, limits::max_materials, material_bytes);
-  scene.materials.reserve(material_count);
-  for (std::size_t i = 0; i < material_count; ++i) scene.materials.push_back(get_material(in));
-  const std::size_t sphere_count = get_count(in, limits::max_shapes, scene_bytes_of_sphere);
-  scene.spheres.reserve(sphere_count);
-  for (std::size_t i = 0; i < sphere_count; ++i) {
-    scene.spheres.push_back(get_sphere(in, material_count));
-  }
-  if (form.capsules) {
-    const std::size_t capsule_count =
-        get_count(in, limits::max_shapes - sphere_count, scene_bytes_of_capsule);
-    if (capsule_count == 0) throw DecodeError("scene: a list of capsules is empty");
-    scene.capsules.reserve(capsule_count);
-    for (std::size_t i = 0; i < capsule_count; ++i) {
-      scene.capsules.push_back(get_capsule(in, material_count));
-    }
-  }
-  in.expect_end();
+  scene.camera.projection = form.projection;
+  if (form.projection == Projection::orthographic) scene.camera.vfov = 0;
+  pass_scene(reader, scene, form.capsules);
+  reader.in.expect_end();
   return scene;
 }
 
