@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/cpu_count.h"
+#include "common/base/text.h"
 
 namespace parray::base {
 namespace {
@@ -29,10 +30,6 @@ struct Mount {
   std::string point;
   std::string controllers;  ///< empty: version 2
 };
-
-bool lists(const std::string& words, const std::string& word) {
-  return ("," + words + ",").find("," + word + ",") != std::string::npos;
-}
 
 std::vector<Membership> read_memberships(const fs::path& root) {
   std::ifstream file(root / "proc/self/cgroup");
@@ -113,8 +110,9 @@ CgroupLimits cgroup_limits(const fs::path& root) {
     for (const Membership& member : memberships) {
       const bool same = mount.controllers.empty() || member.controllers.empty()
                             ? mount.controllers == member.controllers
-                            : lists(mount.controllers,
-                                    member.controllers.substr(0, member.controllers.find(',')));
+                            : place_in(split_at(',', mount.controllers),
+                                       split_at(',', member.controllers).front())
+                                  .has_value();
       if (!same) continue;
       const fs::path top = root / fs::path(mount.point).relative_path();
       lower(limits, top);

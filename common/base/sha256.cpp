@@ -8,29 +8,24 @@
 
 namespace parray::base {
 
-struct Sha256::State {
-  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context{EVP_MD_CTX_new(),
-                                                                  &EVP_MD_CTX_free};
-
-  static void check(int done) {
-    if (done != 1) throw std::runtime_error("OpenSSL cannot compute SHA-256");
-  }
-};
-
-Sha256::Sha256() : state_(std::make_unique<State>()) {
-  State::check(EVP_DigestInit_ex(state_->context.get(), EVP_sha256(), nullptr));
+static void check(int done) {
+  if (done != 1) throw std::runtime_error("OpenSSL cannot compute SHA-256");
 }
 
-Sha256::~Sha256() = default;
+void Sha256::Free::operator()(evp_md_ctx_st* context) const noexcept { EVP_MD_CTX_free(context); }
+
+Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
+  check(EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr));
+}
 
 void Sha256::add(std::span<const std::byte> bytes) {
-  State::check(EVP_DigestUpdate(state_->context.get(), bytes.data(), bytes.size()));
+  check(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()));
 }
 
 std::string Sha256::hex() {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned size = 0;
-  State::check(EVP_DigestFinal_ex(state_->context.get(), digest.data(), &size));
+  check(EVP_DigestFinal_ex(context_.get(), digest.data(), &size));
   constexpr std::string_view digits = "0123456789abcdef";
   std::string text;
   text.reserve(2 * std::size_t{size});

@@ -8,22 +8,24 @@
 
 #include "common/rooms.h"
 
+struct evp_md_ctx_st;  // of OpenSSL
+
 namespace parray::base {
 
 /// Computes the SHA-256 of bytes that arrive in parts. Throws std::runtime_error if OpenSSL fails.
 class Sha256 {
  public:
   Sha256();
-  ~Sha256();
-  Sha256& operator=(Sha256&&) = delete;
 
   void add(std::span<const std::byte> bytes);
   /// Returns the hash as 64 lower-case hexadecimal digits. No other call may follow.
   std::string hex();
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  struct Free {
+    void operator()(evp_md_ctx_st* context) const noexcept;
+  };
+  std::unique_ptr<evp_md_ctx_st, Free> context_;
 };
 
 /// Returns the SHA-256 of `bytes` as 64 lower-case hexadecimal digits.

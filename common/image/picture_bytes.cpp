@@ -1,5 +1,6 @@
 #include "common/image/picture_bytes.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -45,25 +46,19 @@ std::uint64_t picture_size(std::uint64_t width, std::uint64_t height, PictureDet
 }
 
 PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::string_view bytes) {
-  const auto has = [&, size = bytes.size()](PictureDetail detail) {
-    return size >= picture_size(width, height, detail);
-  };
-  const bool statistics = has(PictureDetail::statistics);
-  const bool replicates = has(PictureDetail::replicates);
-  if (bytes.size() != picture_size(width, height,
-                                   replicates   ? PictureDetail::replicates
-                                   : statistics ? PictureDetail::statistics
-                                                : PictureDetail::image)) {
-    throw DecodeError("the bytes of a picture do not fit its size");
-  }
+  constexpr std::array details{PictureDetail::image, PictureDetail::statistics,
+                               PictureDetail::replicates};
+  const auto size_of = [&](PictureDetail detail) { return picture_size(width, height, detail); };
+  const auto* const detail = std::ranges::find(details, bytes.size(), size_of);
+  if (detail == details.end()) throw DecodeError("the bytes of a picture do not fit its size");
   const std::size_t pixels = std::size_t{width} * height;
   PictureParts parts{{width, height, {}}, {}};
   take(bytes, 3 * pixels, parts.image.rgb);
-  if (statistics) {
+  if (*detail >= PictureDetail::statistics) {
     take(bytes, pixels, parts.statistics.samples);
     take(bytes, 3 * pixels, parts.statistics.half_width);
   }
-  if (replicates) {
+  if (*detail == PictureDetail::replicates) {
     for (std::vector<float>& mean : parts.statistics.replicates.mean) take(bytes, 3 * pixels, mean);
     take(bytes, pixels, parts.statistics.replicates.noise);
   }

@@ -35,12 +35,6 @@ Scene built_in_scene() {
 
 }  // namespace
 
-std::string trace_fingerprint() {
-  return trace_fingerprint([](const Scene& scene, const RenderSettings& settings) {
-    return make_path_tracer(scene, settings);
-  });
-}
-
 std::string trace_fingerprint(const TracerMaker& make) {
   const FloatMode ieee;
   const Scene scene = built_in_scene();
