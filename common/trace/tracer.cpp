@@ -4,7 +4,6 @@
 #include "common/scene/settings.h"
 #include "common/trace/integrator/wavefront_tracer.h"
 #include "common/trace/isa.h"
-#include "common/trace/reference/linear.h"
 #include "common/trace/reference/octree.h"
 #include "common/trace/reference/scalar_tracer.h"
 

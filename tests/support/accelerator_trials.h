@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string>
 
-#include "common/trace/reference/linear.h"
+#include "common/trace/reference/scalar_tracer.h"
 #include "tests/support/ray_queries.h"
 #include "tests/support/rooms.h"
 #include "tests/support/trials.h"

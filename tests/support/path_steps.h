@@ -5,7 +5,7 @@
 
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path.h"
-#include "common/trace/reference/linear.h"
+#include "common/trace/reference/scalar_tracer.h"
 #include "tests/support/quad.h"
 #include "tests/support/reference_tracer.h"
 #include "tests/support/rooms.h"

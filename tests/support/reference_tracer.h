@@ -9,7 +9,6 @@
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
-#include "common/trace/reference/linear.h"
 #include "common/trace/reference/scalar_tracer.h"
 #include "tests/support/rooms.h"
 

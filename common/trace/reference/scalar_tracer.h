@@ -9,8 +9,25 @@
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
 #include "common/trace/integrator/start_shapes.h"
+#include "common/trace/sphere_search.h"
 
 namespace parray::trace {
+
+/// Linear search: tests every sphere for every ray. The other accelerators must give its bits.
+template <typename Real>
+class Linear {
+ public:
+  explicit Linear(const std::vector<SphereShape<Real>>& spheres) : spheres_(spheres) {}
+
+  void enter(const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) const {
+    for (std::uint32_t i = 0; i < spheres_.size(); ++i) try_shape(ray, spheres_[i], i, sides, best);
+  }
+
+  [[nodiscard]] std::size_t bytes() const { return spheres_.size() * sizeof(SphereShape<Real>); }
+
+ private:
+  std::vector<SphereShape<Real>> spheres_;
+};
 
 /// Everything that a path can meet: a PathScene. Positions are relative to scene_origin().
 /// Immutable; all threads and all pictures of the scene share it.

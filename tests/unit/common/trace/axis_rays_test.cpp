@@ -11,7 +11,7 @@
 
 #include "common/math/lanes_scalar.h"
 #include "common/trace/bvh/ray_groups.h"
-#include "common/trace/reference/linear.h"
+#include "common/trace/reference/scalar_tracer.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/rooms.h"
 

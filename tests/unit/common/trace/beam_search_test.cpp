@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/trace/reference/linear.h"
+#include "common/trace/reference/scalar_tracer.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/rooms.h"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/scene/limits.h"
-#include "common/trace/reference/linear.h"
+#include "common/trace/reference/scalar_tracer.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/rooms.h"
 #include "tests/support/trials.h"
