@@ -9,7 +9,7 @@
 namespace parray::trace {
 
 /// Up to `Most` numbers without memory from the heap, for code that cannot allocate. Has all
-/// functions of std::vector that InsideStack calls, except assign() for start(inside).
+/// functions of std::vector that InsideStack calls.
 template <std::uint32_t Most>
 class ShortList {
  public:
@@ -57,12 +57,6 @@ class ShortList {
 template <typename Real, typename List = std::vector<std::uint32_t>>
 class InsideStack {
  public:
-  /// Begins a path that stands on no surface. `inside` lists the shapes that contain its origin.
-  /// Not for a ShortList.
-  void start(const std::vector<std::uint32_t>& inside) {
-    inside_.assign(inside.begin(), inside.end());
-    surface_ = no_shape;
-  }
   /// Begins a path that stands on no surface and is inside of no shape.
   void start() {
     inside_.clear();

@@ -106,7 +106,7 @@ LaneErrors worst_of_lanes(Isa isa, std::uint64_t spheres) {
       const double distance = 1.0001 * std::pow(std::max(most, 1.0), dice.unit());
       const double impact = dice.one_in(2) ? dice.between(0, 1.1) : 1 - dice.ten_to(-12, -1);
       query.ray = aimed_case(dice, sphere, impact, distance, dice.ten_to(-6, 6)).ray;
-      query.sides.start({});
+      query.sides.start();
     }
     judge<P>(*search, sphere, queries, worst);
   }

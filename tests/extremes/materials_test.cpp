@@ -59,7 +59,7 @@ bool through_glass(double cosine, std::uint32_t depth, std::uint32_t sample) {
   scene.max_depth = depth;
   Ray<double> ray({std::sqrt(1 - cosine * cosine), 0, 3}, {0, 0, -1});
   InsideStack<double> sides;
-  sides.start({});
+  sides.start();
   return follow(scene, linear, ray, sides, SampleRandom(seeded(33), depth, sample),
                 [](const auto&, const auto&, const auto&) {});
 }
@@ -279,14 +279,16 @@ TEST_CASE_TEMPLATE(
     std::vector<Vec3<Real>> first;
     Ray<Real> ray(from, way);
     InsideStack<Real> sides;
-    sides.start({0});
+    sides.start();
+    sides.cross(0, false);
     follow(scene, linear, ray, sides, random, [&](const auto&, const auto&, const auto& out) {
       unit = std::max(unit, unit_error(out.direction));
       if (first.size() < 20) first.push_back(out.direction);
     });
     Ray<Quad> exactly(exact(from), exact(way));
     InsideStack<Quad> exact_sides;
-    exact_sides.start({0});
+    exact_sides.start();
+    exact_sides.cross(0, false);
     std::size_t k = 0;
     follow(exact_scene, exact_linear, exactly, exact_sides, random,
            [&](const auto&, const auto&, const auto& out) {

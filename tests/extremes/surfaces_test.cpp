@@ -196,7 +196,7 @@ TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it ag
         const auto away = scatter(here.surfaces[0], -n, inner ? -n : n, inner, random, 0);
         const Ray<Real> ray(sphere.center + sphere.radius * n, away.direction);
         InsideStack<Real> sides;
-        sides.start({});
+        sides.start();
         if (inner) sides.cross(0, false);
         sides.stand_on(0, n);
         const Hit<Real> hit = first_crossing(here, linear, ray, sides);
@@ -291,7 +291,8 @@ TEST_CASE_TEMPLATE("row 26: a path that total reflection keeps near the wall sta
     const Vec3<Real> n{0, 1, 0};
     Ray<Real> ray(n, normalize(vec_cast<Real>(Vec3d{sine, -std::sqrt(1 - sine * sine), 0})));
     InsideStack<Real> sides;
-    sides.start({0});
+    sides.start();
+    sides.cross(0, false);
     sides.stand_on(0, n);
     int steps = 0;
     const bool out = follow(scene, linear, ray, sides, SampleRandom(1, 2, 3),

@@ -73,7 +73,7 @@ template <typename A, typename Real>
 void check_nothing_is_never_hit() {
   const A accelerator(Spheres<Real>{});
   InsideStack<Real> sides;
-  sides.start({});
+  sides.start();
   Hit<Real> best;
   accelerator.enter(Ray<Real>({0, 0, 0}, {0, 0, 1}), sides, best);
   CHECK(best.shape == no_shape);
@@ -87,7 +87,7 @@ void check_first_of_equals_wins() {
   const A accelerator(coincident<Real>(1000));
   const Ray<Real> ray({1, 2, -5}, {0, 0, 1});
   InsideStack<Real> sides;
-  sides.start({});
+  sides.start();
   for (std::uint32_t skipped = 0; skipped < 5; ++skipped) {
     Hit<Real> best;
     accelerator.enter(ray, sides, best);

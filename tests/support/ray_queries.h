@@ -50,7 +50,7 @@ class Questioner {
 
   Query<Real> next(QueryKind kind) {
     Query<Real> query;
-    query.sides.start({});
+    query.sides.start();
     if (kind >= QueryKind::off_surface) {
       from_surface_or_inside(kind, query);
       return query;

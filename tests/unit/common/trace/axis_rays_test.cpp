@@ -75,7 +75,7 @@ void check_like_linear(Dice& dice, double scale, double offset) {
   std::vector<Hit<Real>> expected;
   for (Query<Real>& query : queries) {
     query.ray = along_axis<P>(stored, dice);
-    query.sides.start({});
+    query.sides.start();
     Hit<Real> hit;
     linear.enter(query.ray, query.sides, hit);
     expected.push_back(hit);

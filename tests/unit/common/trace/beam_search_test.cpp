@@ -44,7 +44,7 @@ std::vector<Query<typename P::Real>> groups_of_rays(const Stored<P>& stored, Dic
       Vec3<Real> direction = varied(first.direction, spread, dice);
       if (group % 10 == 9) direction = varied(first.direction, 3, dice);  // signs differ
       query.ray = {varied(first.origin, shift, dice), direction};
-      query.sides.start({});
+      query.sides.start();
     }
   }
   return queries;

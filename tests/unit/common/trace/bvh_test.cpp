@@ -156,7 +156,7 @@ TEST_CASE_TEMPLATE("where there is no sphere, none is hit", P, SinglePrecision, 
         const auto search = lane_search<P>(isa, {}, tree, sides);
         CHECK(search->depth() == 0);
         Query<typename P::Real> query;
-        query.sides.start({});
+        query.sides.start();
         const auto found = search->find(std::vector(500, query));
         for (const auto& hit : found) CHECK_UNARY(hit.shape == no_shape);
       }
@@ -177,7 +177,7 @@ TEST_CASE_TEMPLATE("among equal spheres the first that is not ruled out wins", P
       std::vector<std::uint32_t> inside;
       for (std::uint32_t i = 0; i < queries.size(); ++i) {
         queries[i].ray = Ray<Real>({1, 2, -5}, {0, 0, 1});
-        queries[i].sides.start(inside);
+        for (const std::uint32_t shape : inside) queries[i].sides.cross(shape, false);
         inside.push_back(i);
       }
       const auto found = search->find(queries);

@@ -236,7 +236,7 @@ TEST_CASE_TEMPLATE("a path never meets the surface it leaves, and inside goes al
     const Ray<Real> away(origin, vec_cast<Real>(outward));
     const Ray<Real> into(origin, vec_cast<Real>(-outward));
     InsideStack<Real> sides;
-    sides.start({});
+    sides.start();
     again_without_sides += first_crossing(scene, linear, away, sides).shape == 0 ? 1 : 0;
     sides.stand_on(0, normal);
     again += first_crossing(scene, linear, away, sides).shape == 0 ? 1 : 0;
