@@ -95,9 +95,6 @@ class CellGrid {
   /// Returns the number of cells in a whole row of the image, in one layer of samples. With several
   /// lattices, the row is one of the last lattice.
   [[nodiscard]] std::uint64_t cells_per_row() const { return parts_.back().columns; }
-  /// Returns the rows of the last lattice (by default the image), numbered from 0 within the
-  /// lattice, in the order in which they are leased.
-  [[nodiscard]] const std::vector<std::uint32_t>& rows() const { return parts_.back().row_at; }
   /// Returns the numbers of all cells with the same pixels as cell number `cell`, including `cell`.
   [[nodiscard]] std::vector<std::uint64_t> cells_of_same_pixels(std::uint64_t cell) const;
 

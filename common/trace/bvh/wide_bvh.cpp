@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 #include <span>
 #include <vector>
 
+#include "common/math/largest_component.h"
 #include "common/trace/bvh/collapse.h"
 
 namespace parray::trace {
@@ -31,10 +31,7 @@ Store middling_radius(std::span<const Item<Store>> spheres) {
 /// Returns the largest coordinate of a box's corners.
 template <typename Store>
 Store extent_of(const Bounds<Store>& box) {
-  const auto largest = [](const Vec3<Store>& v) {
-    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  };
-  return std::max(largest(box.lo), largest(box.hi));
+  return std::max(largest_component(box.lo), largest_component(box.hi));
 }
 
 /// Returns the box enlarged by its spheres' part of the rounding (see WideBvh).

@@ -27,8 +27,6 @@ struct KernelFeatures {
   bool sides = true;     ///< a path can be inside a shape: there is glass, or a shape at the lens
   bool fuzz = true;      ///< some metal is not a perfect mirror
   bool capsules = true;  ///< there are capsules
-
-  friend bool operator==(const KernelFeatures&, const KernelFeatures&) = default;
 };
 
 /// StartShapes in the form that kernels use.
