@@ -12,6 +12,8 @@ namespace {
 using math::PARRAY_ISA::DoubleLanes;
 using math::PARRAY_ISA::FloatLanes;
 
+template <typename T>
+using LanesOf = std::conditional_t<sizeof(T) == sizeof(float), FloatLanes, DoubleLanes>;
 template <typename L, typename B>
 using SceneTables = KernelScene<typename L::Scalar, typename B::Scalar, B::count>;
 template <typename L, typename B>
@@ -56,20 +58,14 @@ void find(const SceneTables<L, B>& scene, Space<L, B>& space) {
 
 }  // namespace
 
-template <>
-Kernels<float, float, float_width> kernels() {
-  return {trace<FloatLanes, FloatLanes>, begin<FloatLanes, FloatLanes>,
-          find<FloatLanes, FloatLanes>};
+template <typename Real, typename Store>
+Kernels<Real, Store, sizeof(Store) == sizeof(float) ? float_width : double_width> kernels() {
+  using L = LanesOf<Real>;
+  using B = LanesOf<Store>;
+  return {trace<L, B>, begin<L, B>, find<L, B>};
 }
-template <>
-Kernels<double, float, float_width> kernels() {
-  return {trace<DoubleLanes, FloatLanes>, begin<DoubleLanes, FloatLanes>,
-          find<DoubleLanes, FloatLanes>};
-}
-template <>
-Kernels<double, double, double_width> kernels() {
-  return {trace<DoubleLanes, DoubleLanes>, begin<DoubleLanes, DoubleLanes>,
-          find<DoubleLanes, DoubleLanes>};
-}
+template Kernels<float, float, float_width> kernels();
+template Kernels<double, float, float_width> kernels();
+template Kernels<double, double, double_width> kernels();
 
 }  // namespace parray::trace::PARRAY_ISA

@@ -1,9 +1,10 @@
+#include "common/base/arrays.h"
+
 #include <doctest/doctest.h>
 
 #include <cstdint>
 #include <utility>
 
-#include "common/base/arrays.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
