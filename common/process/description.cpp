@@ -1,20 +1,84 @@
 #include "common/process/description.h"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cstdlib>
+#include <sstream>
+#include <utility>
 
 #include "common/base/text.h"
 
 namespace parray::process {
 namespace {
 
-std::vector<std::string> headings_of(const auto& entries) {
-  std::vector<std::string> headings;
-  for (const auto& entry : entries) {
-    if (std::ranges::find(headings, entry.heading) == headings.end()) {
-      headings.push_back(entry.heading);
+constexpr std::size_t text_column = 26;
+
+/// Returns an entry of the help: "  --width N             Pixels across".
+std::string entry(const std::string& left, const std::string& text, std::size_t columns) {
+  std::string line = "  " + left;
+  if (line.size() + 2 > text_column) {
+    line += "\n" + std::string(text_column, ' ');
+  } else {
+    line.resize(text_column, ' ');
+  }
+  return line + wrapped(text, text_column, columns) + "\n";
+}
+
+std::string notes(const OptionText& option) {
+  std::string text = option.text;
+  if (!option.default_value.empty()) text += " (default: " + option.default_value + ")";
+  if (!option.environment.empty()) text += " (or $" + option.environment + ")";
+  if (!option.with.empty()) text += " (with " + option.with + ")";
+  return text;
+}
+
+/// Returns what `text_of` returns for each entry, below the entry's heading. Headings are in the
+/// order of their first use; one without text is left out.
+std::string under_headings(const auto& entries, const auto& text_of) {
+  std::vector<std::pair<std::string, std::string>> sections;
+  for (const auto& described : entries) {
+    auto section =
+        std::ranges::find(sections, described.heading, [](const auto& s) { return s.first; });
+    if (section == sections.end()) section = sections.insert(section, {described.heading, ""});
+    section->second += text_of(described);
+  }
+  std::string text;
+  for (const auto& [heading, below] : sections) {
+    if (!below.empty()) text += heading + ":\n" + below + "\n";
+  }
+  return text;
+}
+
+std::string options_text(const CommandText& command, std::size_t columns, bool all) {
+  std::string text;
+  std::vector<OptionText> named;
+  for (const OptionText& option : command.options) {
+    if (option.is_argument()) {
+      text += entry(option.shown(), notes(option), columns);
+    } else {
+      named.push_back(option);
     }
   }
-  return headings;
+  if (!text.empty()) text += "\n";
+  return text + under_headings(named, [&](const OptionText& option) {
+           return option.special && !all ? "" : entry(option.shown(), notes(option), columns);
+         });
+}
+
+std::string examples_text(const CommandText& command, std::size_t columns) {
+  if (command.examples.empty()) return "";
+  std::string text = "Examples:\n";
+  for (const Example& example : command.examples) {
+    text += "  " + example.command + "\n      " + wrapped(example.about, 6, columns) + "\n";
+  }
+  return text + "\n";
+}
+
+std::string head_text(const CommandText& command, bool has_commands, std::size_t columns) {
+  return "Usage: " + wrapped(command.usage(has_commands), 7, columns) + "\n\n" +
+         wrapped(command.about + ".", 0, columns) + "\n\n";
 }
 
 }  // namespace
@@ -44,12 +108,62 @@ std::string CommandText::page() const {
   return page;
 }
 
-std::vector<std::string> CommandText::headings() const {
-  std::vector<OptionText> named(options.begin(), options.end());
-  std::erase_if(named, [](const OptionText& option) { return option.is_argument(); });
-  return headings_of(named);
+std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns) {
+  std::istringstream words(text);
+  std::string lines;
+  std::size_t length = indent;
+  for (std::string word; words >> word;) {
+    if (lines.empty()) {
+      lines = word;
+    } else if (length + 1 + word.size() > columns) {
+      lines += "\n" + std::string(indent, ' ') + word;
+      length = indent;
+    } else {
+      lines += " " + word;
+      ++length;
+    }
+    length += word.size();
+  }
+  return lines;
 }
 
-std::vector<std::string> ProgramText::headings() const { return headings_of(commands); }
+std::string help_text(const CommandText& command, std::size_t columns, bool all) {
+  const bool has_more = !all && std::ranges::any_of(command.options, &OptionText::special);
+  const std::string word = command.word();
+  const std::string program = command.name.substr(0, command.name.size() - word.size());
+  return head_text(command, false, columns) + examples_text(command, columns) +
+         options_text(command, columns, all) +
+         wrapped((has_more ? "More options: " + program + "help " + word + " --all, man "
+                           : "More: man ") +
+                     command.page(),
+                 0, columns) +
+         "\n";
+}
+
+std::string help_text(const ProgramText& program, std::size_t columns) {
+  const CommandText& self = program.self;
+  if (program.commands.empty()) return help_text(self, columns, true);
+  const auto line_of = [&](const CommandText& command) {
+    return entry(command.word(), command.about, columns);
+  };
+  return head_text(self, true, columns) + under_headings(program.commands, line_of) +
+         options_text(self, columns, true) + examples_text(self, columns) +
+         wrapped("More: " + self.name + " help COMMAND, man " + self.page() +
+                     ". Exit status: " + exit_statuses + ".",
+                 0, columns) +
+         "\n";
+}
+
+std::size_t help_columns() {
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing changes the environment yet
+  const char* const variable = std::getenv("COLUMNS");
+  std::size_t columns = parsed<std::size_t>(variable == nullptr ? "" : variable).value_or(0);
+  if (columns == 0) {
+    winsize size{};
+    const bool known = ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    columns = known ? size.ws_col : 80;
+  }
+  return std::clamp(columns, std::size_t{40}, std::size_t{100});
+}
 
 }  // namespace parray::process

@@ -7,7 +7,6 @@
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
-#include "common/process/help_text.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
