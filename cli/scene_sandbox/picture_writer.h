@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include "cli/scene_sandbox/limits.h"
+#include "cli/scene_sandbox/confinement.h"
 
 namespace parray::scene_sandbox {
 
@@ -22,9 +22,9 @@ struct PictureRequest {
   // denoise and draw need two more files: `scene`, the bytes of the scene, and `settings`, JSON.
 };
 
-/// Confines this process (limits.h). Reads the files `pixels` (common/image/picture_bytes.h) and
-/// `report`, and writes the file `wanted`. Throws RunError if the process cannot be confined, or a
-/// file cannot be read or written.
+/// Confines this process (confinement.h). Reads the files `pixels` (common/image/picture_bytes.h)
+/// and `report`, and writes the file `wanted`. Throws RunError if the process cannot be confined,
+/// or a file cannot be read or written.
 void write_picture_file(const PictureRequest& request, const ChildResources& resources);
 
 }  // namespace parray::scene_sandbox
