@@ -15,7 +15,7 @@
 #include "coordinator/http/loop_client.h"
 #include "coordinator/http/router.h"
 #include "coordinator/http/upload_reader.h"
-#include "proto/merged_link.h"
+#include "proto/inproc_link.h"
 #include "proto/tokens.h"
 #include "tests/support/rooms.h"
 #include "tests/support/running_loop.h"
