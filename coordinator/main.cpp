@@ -28,7 +28,7 @@
 #include "coordinator/replica/state_owner.h"
 #include "coordinator/store/state_commands.h"
 #include "proto/inproc_link.h"
-#include "proto/tokens.h"
+#include "proto/keys.h"
 #include "proto/zmq_link.h"
 
 namespace {

@@ -16,7 +16,7 @@
 #include "coordinator/http/router.h"
 #include "coordinator/http/upload_reader.h"
 #include "proto/inproc_link.h"
-#include "proto/tokens.h"
+#include "proto/keys.h"
 #include "tests/support/rooms.h"
 #include "tests/support/running_loop.h"
 #include "tests/support/temporary_directory.h"
