@@ -1,5 +1,3 @@
-#include "proto/zmq_mesh.h"
-
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -19,22 +17,19 @@ constexpr std::size_t most_answered_bytes = most_chunk_bytes + most_asked_bytes;
 /// First byte of the id of a worker that asked; no address begins with it.
 constexpr char asker = '<';
 
-class Mesh final : public ZmqMesh {
+class Mesh final : public Link {
  public:
-  explicit Mesh(const ZmqMeshOptions& options)
-      : coordinator_(context_, zmq::socket_type::dealer, options.max_message_bytes,
-                     options.linger) {
-    if (options.key) coordinator_.speak_as(options.key->own, options.key->coordinator);
-    AddressList addresses(options.coordinator);
+  Mesh(const std::string& coordinator, const std::optional<MemberKey>& key, bool sharing)
+      : coordinator_(context_, zmq::socket_type::dealer, default_max_message_bytes, seconds(1)) {
+    if (key) coordinator_.speak_as(key->own, key->coordinator);
+    AddressList addresses(coordinator);
     const bool here = std::ranges::all_of(addresses.all(), is_loopback);
     coordinator_.connect(std::move(addresses));
-    if (options.sharing) {
-      share(here ? "tcp://127.0.0.1:*" : "tcp://*:*");
-    }
+    if (sharing) share(here ? "tcp://127.0.0.1:*" : "tcp://*:*");
   }
 
-  [[nodiscard]] std::uint32_t port() const override { return port_; }
-  [[nodiscard]] const std::string& key() const override { return own_.open; }
+  [[nodiscard]] std::uint32_t port() const { return port_; }
+  [[nodiscard]] const std::string& key() const { return own_.open; }
 
   bool send(const PeerId& to, Envelope content) override {
     if (to.empty()) return coordinator_.send({}, content);
@@ -117,8 +112,12 @@ class Mesh final : public ZmqMesh {
 
 }  // namespace
 
-std::unique_ptr<ZmqMesh> open_mesh(const ZmqMeshOptions& options) {
-  return std::make_unique<Mesh>(options);
+ZmqMesh open_mesh(const std::string& coordinator, const std::optional<MemberKey>& key,
+                  bool sharing) {
+  auto mesh = std::make_unique<Mesh>(coordinator, key, sharing);
+  const std::uint32_t port = mesh->port();
+  std::string open = mesh->key();
+  return {std::move(mesh), port, std::move(open)};
 }
 
 }  // namespace parray::proto
