@@ -66,7 +66,6 @@ std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
                                        const RankPass* pass) {
   std::string bytes;
   if (pass != nullptr) {
-    append(bytes, std::vector{pass->number});
     append(bytes, pass->plan->grid()->shape().stages);
     append(bytes, pass->plan->pixel_samples());
     append(bytes, pass->missing.ranges());
@@ -75,7 +74,6 @@ std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
   if (bytes.empty() || pass != nullptr) return {};
   std::string_view rest = bytes;
   RankPass received;
-  received.number = take_list<std::uint32_t>(rest).front();
   Pass cut;
   cut.stages = take_list<Stage>(rest);
   cut.samples = take_list<SampleRange>(rest);

@@ -304,7 +304,7 @@ void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, Ch
   RankJob own = rank_job(job, kept.take_scene());
   for (bool goes_on = kept.run().begin_pass(); goes_on;) {
     const JobPicture& picture = kept.run().picture();
-    RankPass pass{picture.passes().pass(), picture.plan(), CellList(picture.collector().missing())};
+    RankPass pass{picture.plan(), CellList(picture.collector().missing())};
     if (!job.alone()) broadcast_pass(world, job, &pass);
     const bool by_messages = transport.by_messages();
     resources.begin(std::move(pass), transport, ranks, own);
