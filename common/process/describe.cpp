@@ -1,5 +1,3 @@
-#include "common/process/describe.h"
-
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>

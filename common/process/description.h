@@ -3,14 +3,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "common/rooms.h"
 
-/// A command line as data: the source of --help (below), man pages, completion and the JSON of
-/// --describe (describe.h). CommandLine fills it while options are declared.
+/// A command line as data: the source of --help, and of the hidden option `--describe json` of
+/// every program. cmake/pages.py makes man pages and shell completion from the output of
+/// --describe. CommandLine fills the data while options are declared.
 namespace parray::process {
+
+class CommandLine;
 
 /// The candidates that a shell offers for a value besides known words.
 enum class Completes : std::uint8_t { nothing, files, directories, jobs, commands };
@@ -84,5 +88,15 @@ std::size_t help_columns();
 /// the first begin with `indent` spaces: the caller has written the first `indent` columns of the
 /// first line.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
+
+/// Returns the commands, options and examples of a program as JSON. `declare` declares them on a
+/// new command line, and is called once more for each example. `program`: its name. `about`: one
+/// line about the program. Throws RunError if the program does not understand one of its examples.
+std::string describe(const std::function<void(CommandLine&)>& declare, const std::string& program,
+                     const std::string& about);
+
+/// Splits a command into words at spaces as a shell does, with '...' and "...". A # or & at the
+/// beginning of a word ends the command. Backslashes have no special meaning.
+std::vector<std::string> shell_words(const std::string& command);
 
 }  // namespace parray::process
