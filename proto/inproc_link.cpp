@@ -2,7 +2,6 @@
 
 #include <condition_variable>
 #include <deque>
-#include <utility>
 
 namespace parray::proto {
 

@@ -1,6 +1,5 @@
 #include "proto/messages.h"
 
-#include <array>
 #include <cstring>
 
 #include "common/base/bytes.h"

@@ -136,7 +136,8 @@ class WindowLayout {
   }
   /// Returns the word that holds the cells of copy number `copy`, in the form of to_word().
   [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }
-  [[nodiscard]] std::uint64_t most_copies() const { return most_copies_; }
+  /// Number of copies that a window can hold: many times the possible number of ranks.
+  static constexpr std::uint64_t most_copies = 1U << 16;
   /// Returns the first of an entry's three words: range, entry_digest(), and rank plus 1. A rank
   /// fills the entries of a block in order; block r is the first of rank r.
   [[nodiscard]] std::size_t log_word(std::uint64_t entry) const {
@@ -160,7 +161,6 @@ class WindowLayout {
   std::uint32_t ranks_;
   std::uint64_t cells_;
   std::size_t record_bytes_;
-  std::uint64_t most_copies_;
   std::uint64_t log_blocks_;
   std::size_t first_copy_;    // words
   std::size_t first_log_;     // words

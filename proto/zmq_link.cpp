@@ -2,7 +2,6 @@
 
 #include <array>
 #include <functional>
-#include <memory>
 #include <utility>
 #include <vector>
 #include <zmq_addon.hpp>

@@ -2,7 +2,6 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <utility>
-#include <vector>
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
