@@ -58,12 +58,20 @@ class RequestWindow final : public Window {
       std::function<std::uint64_t(const WindowRequest& request, std::span<const std::byte> bytes)>;
 
   explicit RequestWindow(Ask ask) : ask_(std::move(ask)) {}
-  std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override;
-  std::uint64_t load(std::size_t word) override;
-  void store(std::size_t word, std::uint64_t value) override;
-  void put(std::size_t offset, std::span<const std::byte> bytes) override;
+  std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override {
+    return ask_({Operation::fetch_add, word, delta}, {});
+  }
+  std::uint64_t load(std::size_t word) override { return ask_({Operation::load, word, 0}, {}); }
+  void store(std::size_t word, std::uint64_t value) override {
+    ask_({Operation::store, word, value}, {});
+  }
+  void put(std::size_t offset, std::span<const std::byte> bytes) override {
+    ask_({Operation::put, offset, bytes.size()}, bytes);
+  }
 
  private:
+  using Operation = WindowRequest::Operation;
+
   Ask ask_;
 };
 
