@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "common/base/error.h"
+#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::mpi {
@@ -29,13 +31,18 @@ void MpiOptions::add_to(Command& command) {
       .option(
           "--mode",
           [this](const std::string& text) {
-            mode = static_cast<MpiMode>(*place_in(mode_names, text));
+            const auto place = place_in(mode_names, text);
+            if (!place) {
+              throw InputError("'" + printable(text) + "' is unknown: use one of " +
+                               joined(mode_names, ", "));
+            }
+            mode = static_cast<MpiMode>(*place);
           },
           "How ranks share the work. window: each rank takes leases from rank 0's memory; "
           "messages: each rank requests leases from rank 0; static: each rank gets 1/P of the "
           "rows, without regard to --schedule; openmp and sequential: rank 0 alone, with all its "
           "threads or with one")
-      .one_of({mode_names.begin(), mode_names.end()})
+      .words({mode_names.begin(), mode_names.end()})
       .group(work_group);
   add_whole_number(command, "--tile", 0, 4096, tile,
                    "Let threads trace square tiles of N x N pixels. 0: runs of pixels along a row")

@@ -153,7 +153,7 @@ class CommandLine : public Command {
   Command command(const std::string& name, const std::string& description);
   /// Adds the command help [COMMAND], which prints the same as --help.
   void add_help_command();
-  /// Returns the output of --help of the program: see help_text.h.
+  /// Returns the output of --help of the program: see description.h.
   [[nodiscard]] std::string help() const;
   /// Returns everything declared so far, with --help added to the program and each command.
   [[nodiscard]] ProgramText description() const;
