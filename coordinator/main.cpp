@@ -27,8 +27,8 @@
 #include "coordinator/loop/process_limits.h"
 #include "coordinator/replica/state_owner.h"
 #include "coordinator/store/state_commands.h"
-#include "proto/merged_link.h"
-#include "proto/tokens.h"
+#include "proto/inproc_link.h"
+#include "proto/keys.h"
 #include "proto/zmq_link.h"
 
 namespace {

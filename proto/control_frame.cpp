@@ -6,6 +6,7 @@
 
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
+#include "common/base/text.h"
 #include "proto/settings_json.h"
 
 namespace parray::proto {
@@ -167,23 +168,12 @@ std::uint64_t ControlReader::integer(const char* key, std::uint64_t lowest,
   return unsigned_in(at(key), key, lowest, highest);
 }
 
-void ControlReader::real(const char* key, double& value) const {
+void ControlReader::real(const char* key, double& value, double highest) const {
   const json& found = at(key);
   if (!found.is_number()) malformed(key, "is not a number");
   value = found.get<double>();
   if (!std::isfinite(value)) malformed(key, "is not finite");
-}
-
-void ControlReader::real_if_there(const char* key, double& value, double highest) const {
-  if (!map_.contains(key)) return;
-  real(key, value);
   if (value < 0 || value > highest) malformed(key, "is out of its range");
-}
-
-void ControlReader::duration(const char* key, double& value) const {
-  constexpr double ten_years = 3.2e8;
-  real(key, value);
-  if (value < 0 || value > ten_years) malformed(key, "is out of its range");
 }
 
 void ControlReader::flag(const char* key, bool& value) const {
@@ -294,34 +284,31 @@ void ControlReader::settings(const char* key, Boxed<RenderSettings>& value) cons
   value = settings_from_json(at(key));
 }
 
-/// Checks that content that is passed on unchanged can be written as JSON.
-static void check_utf8(const char* key, const json& value) {
+/// Returns content that is passed on unchanged, if it is `right` and can be written as JSON.
+static const json& passed_on(const json& value, const char* key, bool right, const char* problem) {
+  if (!right) malformed(key, problem);
   try {
     (void)value.dump();
   } catch (const json::exception&) {
     malformed(key, "has a text that is not UTF-8");
   }
+  return value;
 }
 
-void ControlReader::object(const char* key, nlohmann::json& value) const {
-  if (!at(key).is_object()) malformed(key, "is not a map");
-  check_utf8(key, at(key));
-  value = at(key);
+void ControlReader::object(const char* key, json& value) const {
+  value = passed_on(at(key), key, at(key).is_object(), "is not a map");
 }
 
-void ControlReader::list(const char* key, nlohmann::json& value) const {
-  if (!at(key).is_array()) malformed(key, "is not a list");
-  check_utf8(key, at(key));
-  value = at(key);
+void ControlReader::list(const char* key, json& value) const {
+  value = passed_on(at(key), key, at(key).is_array(), "is not a list");
 }
 
-std::size_t ControlReader::index_of(const char* key,
-                                    std::span<const std::string_view> names) const {
+std::size_t ControlReader::index_of(const char* key, Names names) const {
   std::string name;
   text(key, name, max_name);
-  const auto found = std::ranges::find(names, name);
-  if (found == names.end()) malformed(key, "is an unknown word");
-  return static_cast<std::size_t>(found - names.begin());
+  const auto place = place_in(names, name);
+  if (!place) malformed(key, "is an unknown word");
+  return *place;
 }
 
 }  // namespace parray::proto

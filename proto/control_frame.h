@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -14,41 +13,32 @@
 
 namespace parray::proto {
 
+/// The names of the values of an enumeration, in its order.
+using Names = std::span<const std::string_view>;
+
 /// Writes a message's fields into the map of a control frame. ControlWriter and ControlReader have
 /// the same members, so that one description of a message serves both directions.
 class ControlWriter {
  public:
   explicit ControlWriter(std::string_view type);
 
-  template <typename T>
-  void number(const char* key, T& value, T /*lowest*/ = 0,
-              T /*highest*/ = std::numeric_limits<T>::max()) {
-    map_[key] = value;
-  }
+  void number(const char* key, auto& value, auto... /*range*/) { map_[key] = value; }
   /// Functions named ..._if_there() serve keys that a received message may lack: ControlReader then
   /// leaves `value` as it is. ControlWriter always writes these keys, except in real_if_there().
-  template <typename T>
-  void number_if_there(const char* key, T& value, T lowest = 0,
-                       T highest = std::numeric_limits<T>::max()) {
-    number(key, value, lowest, highest);
-  }
+  void number_if_there(const char* key, auto& value, auto... /*range*/) { map_[key] = value; }
   void text_if_there(const char* key, std::string& value, std::size_t longest) {
     text(key, value, longest);
   }
-  template <typename Enum, std::size_t N>
-  void word_if_there(const char* key, Enum& value, const std::array<std::string_view, N>& names) {
-    word(key, value, names);
-  }
+  void word_if_there(const char* key, auto& value, Names names) { word(key, value, names); }
   /// Writes a list of numbers; ControlReader accepts 1 to `most` of them.
   void numbers(const char* key, std::vector<std::uint64_t>& value, std::size_t /*most*/) {
     map_[key] = value;
   }
-  void flag_if_there(const char* key, bool& value) { flag(key, value); }
+  void flag_if_there(const char* key, bool& value) { map_[key] = value; }
   /// Writes a real number unless it is negative, which means that it is not known.
   void real_if_there(const char* key, double& value, double /*highest*/) {
-    if (value >= 0) real(key, value);
+    if (value >= 0) map_[key] = value;
   }
-  void real(const char* key, double& value) { map_[key] = value; }
   void duration(const char* key, double& value) { map_[key] = value; }
   void flag(const char* key, bool& value) { map_[key] = value; }
   /// Writes a text. Escapes characters that are not printable, and cuts a text of more than
@@ -66,8 +56,7 @@ class ControlWriter {
   void object(const char* key, nlohmann::json& value) { map_[key] = value; }
   void list(const char* key, nlohmann::json& value) { map_[key] = value; }
   /// Writes one of `names`, which has a name for each value of the enumeration.
-  template <typename Enum, std::size_t N>
-  void word(const char* key, Enum& value, const std::array<std::string_view, N>& names) {
+  void word(const char* key, auto& value, Names names) {
     map_[key] = names[static_cast<std::size_t>(value)];
   }
 
@@ -94,17 +83,13 @@ class ControlReader {
   void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
     value = static_cast<T>(integer(key, lowest, highest));
   }
-  template <typename T>
-  void number_if_there(const char* key, T& value, T lowest = 0,
-                       T highest = std::numeric_limits<T>::max()) {
-    if (map_.contains(key)) number(key, value, lowest, highest);
+  void number_if_there(const char* key, auto& value, auto... range) {
+    if (map_.contains(key)) number(key, value, range...);
   }
   void text_if_there(const char* key, std::string& value, std::size_t longest) const {
     if (map_.contains(key)) text(key, value, longest);
   }
-  template <typename Enum, std::size_t N>
-  void word_if_there(const char* key, Enum& value,
-                     const std::array<std::string_view, N>& names) const {
+  void word_if_there(const char* key, auto& value, Names names) const {
     if (map_.contains(key)) word(key, value, names);
   }
   void numbers(const char* key, std::vector<std::uint64_t>& value, std::size_t most) const;
@@ -112,10 +97,11 @@ class ControlReader {
     if (map_.contains(key)) flag(key, value);
   }
   /// Reads a real number from 0 to `highest`, if the key is there.
-  void real_if_there(const char* key, double& value, double highest) const;
-  void real(const char* key, double& value) const;
+  void real_if_there(const char* key, double& value, double highest) const {
+    if (map_.contains(key)) real(key, value, highest);
+  }
   /// Reads seconds: 0 to 3.2e8, about ten years.
-  void duration(const char* key, double& value) const;
+  void duration(const char* key, double& value) const { real(key, value, 3.2e8); }
   void flag(const char* key, bool& value) const;
   void text(const char* key, std::string& value, std::size_t longest,
             std::size_t shortest = 0) const;
@@ -128,8 +114,8 @@ class ControlReader {
   void settings(const char* key, Boxed<RenderSettings>& value) const;
   void object(const char* key, nlohmann::json& value) const;
   void list(const char* key, nlohmann::json& value) const;
-  template <typename Enum, std::size_t N>
-  void word(const char* key, Enum& value, const std::array<std::string_view, N>& names) const {
+  template <typename Enum>
+  void word(const char* key, Enum& value, Names names) const {
     value = static_cast<Enum>(index_of(key, names));
   }
 
@@ -137,9 +123,10 @@ class ControlReader {
   [[nodiscard]] const nlohmann::json& at(const char* key) const;
   [[nodiscard]] std::uint64_t integer(const char* key, std::uint64_t lowest,
                                       std::uint64_t highest) const;
+  /// Reads a real number from 0 to `highest`.
+  void real(const char* key, double& value, double highest) const;
   /// Returns the index in `names` of the text of `key`.
-  [[nodiscard]] std::size_t index_of(const char* key,
-                                     std::span<const std::string_view> names) const;
+  [[nodiscard]] std::size_t index_of(const char* key, Names names) const;
 
   nlohmann::json map_;
   std::string type_;

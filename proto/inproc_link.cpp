@@ -2,7 +2,6 @@
 
 #include <condition_variable>
 #include <deque>
-#include <utility>
 
 namespace parray::proto {
 
@@ -73,17 +72,23 @@ class InprocHub::CoordinatorEnd final : public Link {
   InprocHub& hub_;
 };
 
-class InprocHub::PeerEnd : public Link {
+class InprocHub::PeerEnd final : public Link {
  public:
-  PeerEnd(InprocHub& hub, PeerId id, std::shared_ptr<Mailbox> mailbox, Sender sender = {})
-      : hub_(hub), id_(std::move(id)), mailbox_(std::move(mailbox)), sender_(std::move(sender)) {}
+  PeerEnd(InprocHub& hub, PeerId id, std::shared_ptr<Mailbox> mailbox, Sender sender, bool encodes)
+      : hub_(hub),
+        id_(std::move(id)),
+        mailbox_(std::move(mailbox)),
+        sender_(std::move(sender)),
+        encodes_(encodes) {}
   ~PeerEnd() override {
     const std::scoped_lock lock(hub_.mutex_);
     hub_.peers_.erase(id_);
   }
   PeerEnd& operator=(PeerEnd&&) = delete;
 
-  [[nodiscard]] Envelope seal(Message message) const override { return message; }
+  [[nodiscard]] Envelope seal(Message message) const override {
+    return encodes_ ? Link::seal(std::move(message)) : Envelope(std::move(message));
+  }
   bool send(const PeerId& /*to*/, Envelope content) override {
     const bool taken = hub_.inbox_->put({id_, std::move(content), sender_});
     if (hub_.on_arrival_) hub_.on_arrival_();
@@ -98,13 +103,7 @@ class InprocHub::PeerEnd : public Link {
   PeerId id_;
   std::shared_ptr<Mailbox> mailbox_;
   Sender sender_;
-};
-
-class InprocHub::StrangersEnd final : public PeerEnd {
- public:
-  using PeerEnd::PeerEnd;
-
-  [[nodiscard]] Envelope seal(Message message) const override { return encode(message); }
+  bool encodes_;
 };
 
 InprocHub::InprocHub(std::function<void()> on_arrival)
@@ -116,25 +115,22 @@ InprocHub::~InprocHub() = default;
 
 Link& InprocHub::coordinator() { return *coordinator_; }
 
-std::pair<PeerId, std::shared_ptr<InprocHub::Mailbox>> InprocHub::add_peer() {
+std::unique_ptr<Link> InprocHub::add_peer(Sender sender, bool encodes) {
   const std::scoped_lock lock(mutex_);
   const PeerId id = "inproc-" + std::to_string(next_id_++);
   auto mailbox = std::make_shared<Mailbox>();
   peers_.emplace(id, mailbox);
-  return {id, std::move(mailbox)};
+  return std::make_unique<PeerEnd>(*this, id, std::move(mailbox), std::move(sender), encodes);
 }
 
 std::unique_ptr<Link> InprocHub::connect() {
-  auto [id, mailbox] = add_peer();
   Sender sender;
   sender.ours = true;
-  return std::make_unique<PeerEnd>(*this, std::move(id), std::move(mailbox), std::move(sender));
+  return add_peer(std::move(sender), false);
 }
 
 std::unique_ptr<Link> InprocHub::connect_as(Sender sender) {
-  auto [id, mailbox] = add_peer();
-  return std::make_unique<StrangersEnd>(*this, std::move(id), std::move(mailbox),
-                                        std::move(sender));
+  return add_peer(std::move(sender), true);
 }
 
 }  // namespace parray::proto

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "proto/clock.h"
 
@@ -15,13 +17,16 @@
 ///
 ///     DIR/coordinator.key   the coordinator's own pair; it never leaves its machine
 ///     DIR/allowed           one line "ROLE NAME PUBLIC-KEY [SHARE]" for each allowed key
-///     DIR/tokens            one line "NAME SHA-256" for each HTTP token (proto/tokens.h)
+///     DIR/tokens            one line "NAME SHA-256" for each HTTP token
 ///     DIR/NAME.key          the file of a worker or a person: the coordinator's public key and
 ///                           a pair
 ///
 /// The reader refuses a file with a secret unless it is closed to others (mode 0600). It also
 /// refuses lists, and directories with lists, that others can write: anyone who can write them can
-/// admit anyone.
+/// admit anyone. "Others" are the group of a file and all other users of its machine.
+///
+/// Tokens identify a farm's users over HTTP. A token is 258 random bits, so its hash reveals
+/// nothing.
 namespace parray::proto {
 
 /// What the owner of a key may do.
@@ -107,11 +112,47 @@ class AllowList {
 
  private:
   void read();
-  void read_again(Time now);
 
   std::filesystem::path file_;
   Time look_again_at_{};
   std::map<std::string, Sender> members_;
+};
+
+/// Returns a new token for the user `name` and writes its hash to DIR/tokens, in place of an older
+/// one. The token itself is not stored and cannot be read again. Throws InputError unless
+/// DIR/allowed has `name` as a client or an administrator, if others can write the lists, or if
+/// DIR/tokens exists and cannot be read. Throws RunError if DIR/tokens cannot be written.
+std::string make_token(const std::filesystem::path& directory, const std::string& name);
+
+/// Removes the token of the user `name`. Does nothing if the user has none. Throws InputError if
+/// others can write DIR or DIR/tokens, or if DIR/tokens exists and cannot be read. Throws RunError
+/// if DIR/tokens cannot be written.
+void remove_token(const std::filesystem::path& directory, const std::string& name);
+
+/// Checks DIR/allowed and DIR/tokens. Throws InputError if DIR/allowed cannot be read or has a
+/// wrong line, if DIR/tokens exists and cannot be read, or if others can write one of the two files
+/// or DIR. (Without this check, a running coordinator would silently continue with the last valid
+/// content that it has read.)
+void check_key_lists(const std::filesystem::path& directory);
+
+/// The content of DIR/tokens and DIR/allowed. A lookup reads both files again if they were last
+/// read a second or more ago. A user who is removed from DIR/allowed has no token either. While
+/// others can write a file, DIR/allowed is unusable, or DIR/tokens cannot be read, the content that
+/// was read before counts. If DIR/tokens is missing, there are no tokens. Not thread-safe.
+class TokenList {
+ public:
+  /// Throws InputError as check_key_lists() does.
+  explicit TokenList(const std::filesystem::path& directory);
+
+  /// Returns the owner of `token`; nothing if no allowed user has it. The call takes equally long
+  /// for all wrong tokens, so that its duration does not help to guess one.
+  [[nodiscard]] std::optional<Sender> find(Time now, const std::string& token);
+
+ private:
+  std::filesystem::path directory_;
+  AllowList allowed_;
+  Time look_again_at_{};
+  std::vector<std::pair<std::string, std::string>> tokens_;  ///< name, SHA-256
 };
 
 }  // namespace parray::proto

@@ -1,6 +1,5 @@
 #include "proto/messages.h"
 
-#include <array>
 #include <cstring>
 
 #include "common/base/bytes.h"
@@ -13,9 +12,11 @@
 namespace parray::proto {
 namespace {
 
-// Each message's fields, except `request`, are described once for both directions: `f` is a
-// ControlWriter or a ControlReader. PROTOCOL.md is the reference for keys and ranges.
+// Each message's fields are described once for both directions: `f` is a ControlWriter or a
+// ControlReader. control_fields() describes the fields that mean the same in all messages.
+// PROTOCOL.md is the reference for keys and ranges.
 
+void fields(auto& /*f*/, auto& /*m*/) {}  // messages without other fields
 void fields(auto& f, msg::Hello& m) {
   f.version(m.version);
   f.text("name", m.name, max_name, 1);
@@ -35,79 +36,39 @@ void fields(auto& f, msg::Welcome& m) {
   f.number("heartbeat_ms", m.heartbeat_ms, 1U, 60000U);
   f.number("silence_ms", m.silence_ms, 1U, 600000U);
 }
-void fields(auto& f, msg::Refuse& m) { f.text("reason", m.reason, max_line); }
 void fields(auto& f, msg::Heartbeat& m) {
   f.number("traced", m.traced);
   f.flag("preparing", m.preparing);
   f.epochs("epochs", m.epochs);
   f.real_if_there("load", m.load, 1e6);
 }
-void fields(auto& /*f*/, msg::HeartbeatAck& /*m*/) {}
-void fields(auto& /*f*/, msg::Identify& /*m*/) {}
 void fields(auto& f, msg::Grant& m) {
-  f.number("job", m.job);
   f.number("pass", m.pass);
-  f.number("epoch", m.epoch);
   f.batch("cells", m.cells);
-  f.digest("scene", m.scene);
   f.settings("settings", m.settings);
   f.duration("longest", m.longest);
 }
-void fields(auto& f, msg::NeedScene& m) {
-  f.digest("scene", m.scene);
-  f.number("failed", m.failed, 0U, msg::every_source);
-}
+void fields(auto& f, msg::NeedScene& m) { f.number("failed", m.failed, 0U, msg::every_source); }
 void fields(auto& f, msg::SceneSource& m) {
-  f.digest("scene", m.scene);
   f.number("bytes", m.cut.bytes, std::uint64_t{1}, max_scene_bytes);
   f.number("chunk_bytes", m.cut.chunk_bytes, least_chunk_bytes, most_chunk_bytes);
   f.text("address", m.address, max_name);
   f.text("key", m.key, max_name);
 }
-void fields(auto& f, msg::NeedChunk& m) {
-  f.digest("scene", m.scene);
-  f.number("chunk", m.chunk);
-}
-void fields(auto& f, msg::Chunk& m) {
-  f.digest("scene", m.scene);
-  f.number("chunk", m.chunk);
-  f.flag("packed", m.packed);
-}
-void fields(auto& f, msg::ChunkLater& m) {
-  f.digest("scene", m.scene);
-  f.number("chunk", m.chunk);
-}
-void fields(auto& f, msg::NoScene& m) { f.digest("scene", m.scene); }
+void fields(auto& f, msg::Chunk& m) { f.flag("packed", m.packed); }
 void fields(auto& f, msg::Result& m) {
-  f.number("job", m.job);
-  f.number("epoch", m.epoch);
   f.duration("seconds", m.seconds);
   f.duration("build_seconds", m.build_seconds);
   f.number("accelerator_bytes", m.accelerator_bytes);
   f.text("isa", m.isa, max_name);
   f.number("count", m.count);
 }
-void fields(auto& f, msg::Failed& m) {
-  f.number("job", m.job);
-  f.number("epoch", m.epoch);
-  f.text("reason", m.reason, max_line);
-}
-void fields(auto& f, msg::ResultVerdict& m) {
-  f.number("job", m.job);
-  f.number("epoch", m.epoch);
-  f.word("verdict", m.verdict, verdict_names);
-}
-void fields(auto& f, msg::Revoke& m) {
-  f.number("job", m.job);
-  f.number("epoch", m.epoch);
-}
-void fields(auto& f, msg::Bye& m) { f.text("reason", m.reason, max_line); }
+void fields(auto& f, msg::ResultVerdict& m) { f.word("verdict", m.verdict, verdict_names); }
 void fields(auto& f, msg::Submit& m) {
   f.text("token", m.token, 64, 1);
   f.text("user", m.user, 64);
   head_fields(f, m);
 }
-void fields(auto& f, msg::Submitted& m) { f.number("job", m.job); }
 void fields(auto& f, msg::ListJobs& m) {
   f.number_if_there("before", m.before);
   f.number_if_there("limit", m.limit, 1U, msg::most_listed);
@@ -123,12 +84,10 @@ void fields(auto& f, msg::Jobs& m) {
   f.number_if_there("total", m.total);
 }
 void fields(auto& f, msg::ShowJob& m) {
-  f.number("job", m.job);
   f.number("from_frame", m.from_frame, 0U, limits::max_frame);
 }
 void fields(auto& f, msg::Job& m) { f.object("job", m.job); }
 void fields(auto& f, msg::SteerJob& m) {
-  f.number("job", m.job);
   f.word("action", m.action, job_action_names);
   f.number("priority", m.priority, 0U, 100U);
 }
@@ -139,7 +98,6 @@ void fields(auto& f, msg::SteerJobs& m) {
 }
 void fields(auto& f, msg::Steered& m) { f.list("results", m.results); }
 void fields(auto& f, msg::Fetch& m) {
-  f.number("job", m.job);
   f.flag("partial", m.partial);
   f.flag("statistics", m.statistics);
   f.flag("replicates", m.replicates);
@@ -151,12 +109,10 @@ void fields(auto& f, msg::ImageData& m) {
   f.flag("statistics", m.statistics);
   f.flag("replicates", m.replicates);
 }
-void fields(auto& f, msg::FetchJournal& m) { f.number("job", m.job); }
 void fields(auto& f, msg::JournalData& m) {
   f.object("job", m.job);
   f.object("report", m.report);
 }
-void fields(auto& f, msg::FetchScene& m) { f.number("job", m.job); }
 void fields(auto& f, msg::SceneData& m) {
   f.settings("settings", m.settings);
   f.text_if_there("drawing", m.drawing, max_drawing);
@@ -256,6 +212,15 @@ concept HasBulk = requires(const M& message) {
 template <typename M>
 void control_fields(auto& f, M& message) {
   if constexpr (requires { message.request; }) f.number("request", message.request);
+  if constexpr (requires { requires std::is_integral_v<decltype(message.job)>; }) {
+    f.number("job", message.job);
+  }
+  if constexpr (requires { message.epoch; }) f.number("epoch", message.epoch);
+  if constexpr (requires { requires std::is_same_v<decltype(message.scene), std::string>; }) {
+    f.digest("scene", message.scene);
+  }
+  if constexpr (requires { message.chunk; }) f.number("chunk", message.chunk);
+  if constexpr (requires { message.reason; }) f.text("reason", message.reason, max_line);
   fields(f, message);
 }
 

@@ -41,7 +41,10 @@ struct Hello {
   std::string name;
   std::string instance;  ///< different for every start of a process
   std::uint32_t threads = 1;
-  std::uint32_t capacity = 2;  ///< number of leases that it wants at a time
+  /// Number of leases that it wants at a time. By default one is traced while another waits, so
+  /// that the team never waits for a message. More leases help only if a lease is shorter than a
+  /// message's travel time.
+  std::uint32_t capacity = 2;
   std::uint32_t trace = trace_version;
   std::string fingerprint;       ///< trace_fingerprint() of the worker's build
   std::string host{};            ///< host name; workers get scenes preferably from their own host

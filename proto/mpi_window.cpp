@@ -74,16 +74,6 @@ std::uint64_t MpiTarget::fetch_and(MPI_Op op, std::size_t word, std::uint64_t op
   return before;
 }
 
-std::uint64_t MpiTarget::fetch_add(std::size_t word, std::uint64_t delta) {
-  return fetch_and(MPI_SUM, word, delta);
-}
-
-std::uint64_t MpiTarget::load(std::size_t word) { return fetch_and(MPI_NO_OP, word, 0); }
-
-void MpiTarget::store(std::size_t word, std::uint64_t value) {
-  fetch_and(MPI_REPLACE, word, value);
-}
-
 void MpiTarget::put(std::size_t offset, std::span<const std::byte> bytes) {
   if (!own_.empty()) {
     std::memcpy(own_.data() + offset, bytes.data(), bytes.size());

@@ -19,9 +19,13 @@ class MpiTarget final : public Window {
   MpiTarget(MPI_Win window, int rank, std::span<std::byte> own)
       : window_(window), rank_(rank), own_(own) {}
 
-  std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override;
-  std::uint64_t load(std::size_t word) override;
-  void store(std::size_t word, std::uint64_t value) override;
+  std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override {
+    return fetch_and(MPI_SUM, word, delta);
+  }
+  std::uint64_t load(std::size_t word) override { return fetch_and(MPI_NO_OP, word, 0); }
+  void store(std::size_t word, std::uint64_t value) override {
+    fetch_and(MPI_REPLACE, word, value);
+  }
   void put(std::size_t offset, std::span<const std::byte> bytes) override;
 
  private:

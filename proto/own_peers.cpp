@@ -20,6 +20,7 @@ struct Address {
   sockaddr_storage bytes{};
   socklen_t size = sizeof(sockaddr_storage);
 
+  sockaddr* pointer() { return reinterpret_cast<sockaddr*>(&bytes); }
   [[nodiscard]] int family() const { return bytes.ss_family; }
   [[nodiscard]] const sockaddr_in& v4() const {
     return *reinterpret_cast<const sockaddr_in*>(&bytes);
@@ -28,14 +29,6 @@ struct Address {
     return *reinterpret_cast<const sockaddr_in6*>(&bytes);
   }
 };
-
-bool peer_of(int socket, Address& address) {
-  return getpeername(socket, reinterpret_cast<sockaddr*>(&address.bytes), &address.size) == 0;
-}
-
-bool own_of(int socket, Address& address) {
-  return getsockname(socket, reinterpret_cast<sockaddr*>(&address.bytes), &address.size) == 0;
-}
 
 constexpr std::uint32_t loopback_net = 127;
 
@@ -121,7 +114,8 @@ bool is_of_this_user(int socket, Address peer) {
     return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &who, &size) == 0 && who.uid == geteuid();
   }
   Address own;
-  if (!is_loopback_address(peer) || !own_of(socket, own)) return false;
+  if (!is_loopback_address(peer) || getsockname(socket, own.pointer(), &own.size) != 0)
+    return false;
   std::uint32_t user = 0;
   const bool found = find_owner(peer, own, user) ||
                      (other_family(peer) && other_family(own) && find_owner(peer, own, user));
@@ -132,7 +126,7 @@ bool is_of_this_user(int socket, Address peer) {
 
 bool OwnPeers::has(int socket) {
   Address peer;
-  if (socket < 0 || !peer_of(socket, peer)) return false;
+  if (socket < 0 || getpeername(socket, peer.pointer(), &peer.size) != 0) return false;
   // All peers of a socket file look alike, and asking is cheap.
   const bool named = peer.family() != AF_UNIX;
   const std::string name(reinterpret_cast<const char*>(&peer.bytes), peer.size);

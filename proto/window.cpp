@@ -16,9 +16,6 @@ std::uint64_t* word_at(std::span<std::byte> memory, std::size_t word) {
   return reinterpret_cast<std::uint64_t*>(memory.data()) + word;
 }
 
-/// Number of copies that a window can hold: many times the possible number of ranks.
-constexpr std::uint64_t copy_slots = 1U << 16;
-
 }  // namespace
 
 std::uint64_t LocalWindow::fetch_add(std::size_t word, std::uint64_t delta) {
@@ -35,17 +32,6 @@ void LocalWindow::put(std::size_t offset, std::span<const std::byte> bytes) {
 }
 
 using Operation = WindowRequest::Operation;
-
-std::uint64_t RequestWindow::fetch_add(std::size_t word, std::uint64_t delta) {
-  return ask_({Operation::fetch_add, word, delta}, {});
-}
-std::uint64_t RequestWindow::load(std::size_t word) { return ask_({Operation::load, word, 0}, {}); }
-void RequestWindow::store(std::size_t word, std::uint64_t value) {
-  ask_({Operation::store, word, value}, {});
-}
-void RequestWindow::put(std::size_t offset, std::span<const std::byte> bytes) {
-  ask_({Operation::put, offset, bytes.size()}, bytes);
-}
 
 std::uint64_t perform(const WindowRequest& request, std::span<std::byte> memory,
                       const std::function<void(std::span<std::byte> bytes)>& receive) {
@@ -90,10 +76,9 @@ WindowLayout::WindowLayout(const CellGrid& grid, std::uint32_t ranks)
     : ranks_(ranks),
       cells_(grid.cells()),
       record_bytes_(image::record_bytes(grid.shape().cell_pixels)),
-      most_copies_(copy_slots),
-      log_blocks_(ranks + divide_up(cells_ + 4 * copy_slots, block_entries)),
+      log_blocks_(ranks + divide_up(cells_ + 4 * most_copies, block_entries)),
       first_copy_(shared_words + std::size_t{ranks} * rank_words),
-      first_log_(first_copy_ + most_copies_),
+      first_log_(first_copy_ + most_copies),
       first_record_((first_log_ + entry_words * log_blocks_ * block_entries) *
                     sizeof(std::uint64_t)),
       bytes_(first_record_ + cells_ * record_bytes_) {}

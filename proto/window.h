@@ -58,12 +58,20 @@ class RequestWindow final : public Window {
       std::function<std::uint64_t(const WindowRequest& request, std::span<const std::byte> bytes)>;
 
   explicit RequestWindow(Ask ask) : ask_(std::move(ask)) {}
-  std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override;
-  std::uint64_t load(std::size_t word) override;
-  void store(std::size_t word, std::uint64_t value) override;
-  void put(std::size_t offset, std::span<const std::byte> bytes) override;
+  std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override {
+    return ask_({Operation::fetch_add, word, delta}, {});
+  }
+  std::uint64_t load(std::size_t word) override { return ask_({Operation::load, word, 0}, {}); }
+  void store(std::size_t word, std::uint64_t value) override {
+    ask_({Operation::store, word, value}, {});
+  }
+  void put(std::size_t offset, std::span<const std::byte> bytes) override {
+    ask_({Operation::put, offset, bytes.size()}, bytes);
+  }
 
  private:
+  using Operation = WindowRequest::Operation;
+
   Ask ask_;
 };
 
@@ -136,7 +144,8 @@ class WindowLayout {
   }
   /// Returns the word that holds the cells of copy number `copy`, in the form of to_word().
   [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }
-  [[nodiscard]] std::uint64_t most_copies() const { return most_copies_; }
+  /// Number of copies that a window can hold: many times the possible number of ranks.
+  static constexpr std::uint64_t most_copies = 1U << 16;
   /// Returns the first of an entry's three words: range, entry_digest(), and rank plus 1. A rank
   /// fills the entries of a block in order; block r is the first of rank r.
   [[nodiscard]] std::size_t log_word(std::uint64_t entry) const {
@@ -160,7 +169,6 @@ class WindowLayout {
   std::uint32_t ranks_;
   std::uint64_t cells_;
   std::size_t record_bytes_;
-  std::uint64_t most_copies_;
   std::uint64_t log_blocks_;
   std::size_t first_copy_;    // words
   std::size_t first_log_;     // words

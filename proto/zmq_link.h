@@ -53,4 +53,25 @@ class ZmqServer {
 std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_message_bytes,
                                   Time linger, const std::optional<MemberKey>& key = {});
 
+/// The connections of a worker: to the coordinator, which has the empty id, and to other workers,
+/// with which it shares scenes. For sharing, the process makes a pair of keys. The coordinator
+/// tells the other workers the public key. With it they can be sure that they talk to this worker,
+/// and all chunks are encrypted. This worker answers everyone who connects.
+///
+/// The worker asks one other worker at a time: send() to another one closes the connection to the
+/// previous one. The destructor waits at most 1 s for unsent messages to the coordinator.
+struct ZmqMesh {
+  std::unique_ptr<Link> link;
+  /// The port for requests of other workers; 0: none. It is on loopback if all addresses of the
+  /// coordinator are, otherwise on all of this machine's addresses.
+  std::uint32_t port = 0;
+  std::string key;  ///< public key of the port; empty without a port
+};
+
+/// Opens the connections of a worker. `coordinator` and `key`: see zmq_connect(). `sharing`: opens
+/// a port for the requests of other workers, and connects to their ports. Throws InputError if an
+/// address is invalid, RunError if the port or its keys cannot be made.
+ZmqMesh open_mesh(const std::string& coordinator, const std::optional<MemberKey>& key,
+                  bool sharing);
+
 }  // namespace parray::proto

@@ -44,19 +44,11 @@ std::string random_id() {
   return id;
 }
 
-/// Returns ZeroMQ's property of the connection of a received part; empty: unknown.
-std::string property(zmq::message_t& part, const char* name) {
-  const char* const value = zmq_msg_gets(part.handle(), name);
-  return value == nullptr ? "" : value;
-}
-
-/// Returns the file descriptor of the connection of a received part; -1: unknown.
-int socket_of(zmq::message_t& part) { return zmq_msg_get(part.handle(), ZMQ_SRCFD); }
-
-/// Peers of a socket file (ipc://) are on this machine. ZeroMQ calls their address
-/// ":USER:GROUP:PROCESS".
-std::string address_of(std::string peer) {
-  return peer.empty() || peer.front() == ':' ? "localhost" : std::move(peer);
+/// Returns the address of the machine from which a part came. Peers of a socket file (ipc://) are
+/// on this machine. ZeroMQ calls their address ":USER:GROUP:PROCESS".
+std::string address_of(zmq::message_t& part) {
+  const char* const peer = zmq_msg_gets(part.handle(), "Peer-Address");
+  return peer == nullptr || *peer == '\0' || *peer == ':' ? "localhost" : peer;
 }
 
 }  // namespace
@@ -156,12 +148,12 @@ std::optional<Delivery> ZmqSocket::receive() {
     }
     more = part.more();
     if (router_ && !more) {  // the last part: ZeroMQ may not know the connection of the first one
-      delivery.sender = identify_(zmq_msg_gets(part.handle(), "User-Id"));
-      delivery.sender.address = address_of(property(part, "Peer-Address"));
-      delivery.sender.ours = delivery.sender.address == "localhost" ||
-                             delivery.sender.address.starts_with("127.") ||
-                             delivery.sender.address.starts_with("::");
-      delivery.sender.ours = delivery.sender.ours && own_peers_.has(socket_of(part));
+      Sender& sender = delivery.sender;
+      sender = identify_(zmq_msg_gets(part.handle(), "User-Id"));
+      sender.address = address_of(part);
+      const bool near = sender.address == "localhost" || sender.address.starts_with("127.") ||
+                        sender.address.starts_with("::");
+      sender.ours = near && own_peers_.has(zmq_msg_get(part.handle(), ZMQ_SRCFD));
     }
     if (router_ && i == 0 && !dropping_) {
       delivery.peer = part.to_string();

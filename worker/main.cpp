@@ -17,7 +17,6 @@
 #include "common/process/stop_signal.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/zmq_link.h"
-#include "proto/zmq_mesh.h"
 #include "worker/worker.h"
 
 namespace {
@@ -149,16 +148,15 @@ int work(const Arguments& a) {
   const auto log = make_log("worker", a.log);
   std::optional<MemberKey> key;
   if (!a.keys.empty()) key = read_member_key(a.keys, "worker");
-  const auto mesh =
-      open_mesh({a.coordinator, default_max_message_bytes, seconds(1), key, a.sharing == "on"});
-  ZmqMesh& link = *mesh;
+  const ZmqMesh mesh = open_mesh(a.coordinator, key, a.sharing == "on");
+  Link& link = *mesh.link;
   const auto wake = [&link] { link.wake(); };
   ThreadTeam team(a.threads, wake);
   WorkerOptions options;
   options.host = host_name();
   options.name = a.name.empty() ? options.host + "-" + std::to_string(getpid()) : a.name;
-  options.share_port = link.port();
-  options.share_key = link.key();
+  options.share_port = mesh.port;
+  options.share_key = mesh.key;
   options.wake = wake;
   options.instance = new_instance();
   options.release = PARRAY_VERSION;

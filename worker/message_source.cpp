@@ -34,8 +34,8 @@ LeaseSource::Taken MessageSource::take(Time /*now*/, double /*samples_per_second
   waiting_.pop_front();
   tracing_ = key_of(grant);
   return {Answer::lease,
-          {grant.job, grant.pass, grant.epoch, std::move(grant.cells), grant.settings,
-           std::move(grant.scene), scenes_.back().scene, grant.longest}};
+          {grant.job, grant.epoch, std::move(grant.cells), grant.settings, std::move(grant.scene),
+           scenes_.back().scene, grant.longest}};
 }
 
 void MessageSource::complete(Time now, LeaseResult finished) {
@@ -155,8 +155,6 @@ void MessageSource::on(Time /*now*/, msg::Refuse& m) {
   }
 }
 
-void MessageSource::on(Time /*now*/, msg::HeartbeatAck& /*m*/) {}
-
 /// The message itself escapes and cuts the lines, and keeps only the last ones.
 void MessageSource::on(Time /*now*/, msg::ShowLog& m) {
   send(msg::Log{m.request,
@@ -193,10 +191,7 @@ bool MessageSource::holds(const LeaseKey& lease) const {
 void MessageSource::send_heartbeat(Time now, const TeamState& team) {
   next_heartbeat_ = now + heartbeat_;
   if (!connected_) {
-    send(msg::Hello{protocol_version, options_.name, options_.instance, options_.threads,
-                    options_.capacity, trace_version, options_.fingerprint, options_.host,
-                    options_.share_port, options_.share_key, options_.release, options_.processors,
-                    options_.memory_bytes});
+    send(msg::Hello(options_));
     return;
   }
   msg::Heartbeat heartbeat;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
@@ -15,28 +14,11 @@
 
 namespace parray::worker {
 
-/// The options of a worker that reaches its coordinator by messages.
-struct WorkerOptions {
-  std::string name;      ///< name for people, for example host name and process id
-  std::string instance;  ///< different for every start of a worker
-  std::uint32_t threads = 1;
-  /// Number of leases to hold at a time. By default one is traced while another waits, so that the
-  /// team never waits for a message. More leases help only if a lease is shorter than a message's
-  /// travel time.
-  std::uint32_t capacity = 2;
-  std::string fingerprint;  ///< trace_fingerprint() of this build
+/// The options of a worker that reaches its coordinator by messages, and what it says of itself.
+struct WorkerOptions : msg::Hello {
   /// The coordinator runs in this process: messages travel without encoding, and scenes are not
   /// checked.
   bool in_process = false;
-  /// Host name. The coordinator prefers a worker of the same host as the source of a scene.
-  std::string host{};
-  /// Port for the requests of other workers, and the public key of that port. 0: no port.
-  std::uint32_t share_port = 0;
-  std::string share_key{};
-  /// Facts about this program and its machine, for people: see msg::Hello.
-  std::string release{};
-  std::uint32_t processors = 0;
-  std::uint64_t memory_bytes = 0;
   /// Returns the load average of the last minute; negative: not known. May be empty.
   std::function<double()> load{};
   /// Returns the last lines of this worker's log, oldest first. May be empty.
@@ -90,7 +72,6 @@ class MessageSource final : public LeaseSource {
 
   void on(Time now, msg::Welcome& m);
   void on(Time now, msg::Refuse& m);
-  void on(Time now, msg::HeartbeatAck& m);
   void on(Time now, msg::Identify& /*m*/) { on_forgotten(now); }
   void on(Time now, msg::Grant& m);
   void on(Time now, msg::ResultVerdict& m);

@@ -1,9 +1,11 @@
 #include "worker/scene_exchange.h"
 
 #include <algorithm>
-#include <utility>
+#include <exception>
+#include <span>
 
 #include "common/base/bytes.h"
+#include "common/scene/scene_bytes.h"
 
 namespace parray::worker {
 namespace {
@@ -27,7 +29,62 @@ constexpr Time longest_resend_interval = seconds(30);
 /// Unused chunks are dropped after this time: the scene itself is in memory.
 constexpr Time longest_unused = seconds(60);
 
+std::string bytes_of(const ScenePieces& packed) {
+  std::string bytes(packed.cut.bytes, '\0');
+  for (std::uint32_t i = 0; i < packed.cut.count(); ++i) {
+    const std::span<char> chunk = std::span(bytes).subspan(packed.cut.begin(i), packed.cut.size(i));
+    const std::string_view piece = packed.pieces[i].content.data.view();
+    if (packed.pieces[i].packed) {
+      unpack_chunk(piece, chunk);
+    } else {
+      std::copy(piece.begin(), piece.end(), chunk.begin());
+    }
+  }
+  return bytes;
+}
+
+/// Never throws.
+OpenedScene open_scene(const ScenePieces& packed) {
+  OpenedScene opened{packed.id, nullptr};
+  bool genuine = false;
+  try {
+    const std::string bytes = bytes_of(packed);
+    genuine = scene_identity(bytes) == packed.id;
+    if (genuine) opened.scene = std::make_shared<const Scene>(scene_from_bytes(bytes));
+  } catch (const DecodeError& error) {
+    // Another source would not help if this program cannot read the right bytes.
+    if (genuine) opened.failure = error.what();
+  } catch (const std::bad_alloc&) {
+    opened.failure = "not enough memory for the scene";
+  } catch (const std::exception& error) {
+    opened.failure = std::string("opening the scene: ") + error.what();
+  }
+  return opened;
+}
+
 }  // namespace
+
+SceneOpener::SceneOpener(const std::function<void()>& wake) {
+  if (wake) {
+    thread_ = std::make_unique<TaskThread<ScenePieces, OpenedScene>>(
+        [](const ScenePieces& packed, const std::atomic<bool>& /*stop*/) {
+          return open_scene(packed);
+        },
+        wake);
+  }
+}
+
+void SceneOpener::start(ScenePieces packed) {
+  if (thread_) {
+    thread_->start(std::move(packed));
+  } else {
+    opened_ = open_scene(packed);
+  }
+}
+
+std::optional<OpenedScene> SceneOpener::take() {
+  return thread_ ? thread_->take() : std::exchange(opened_, std::nullopt);
+}
 
 void SceneExchange::want(const std::string& scene) {
   if (fetch_ && (fetch_->scene == scene || fetch_->opening)) return;

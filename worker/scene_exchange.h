@@ -2,17 +2,62 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <list>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/scene/scene.h"
+#include "common/scene/scene_chunks.h"
 #include "proto/link.h"
-#include "worker/scene_opener.h"
+#include "worker/task_thread.h"
 
 namespace parray::worker {
+
+/// A chunk as received.
+struct ScenePiece {
+  bool packed = false;  ///< `content` is the output of pack_chunk()
+  Bulk content{};       ///< empty: not received yet
+
+  [[nodiscard]] bool arrived() const { return content.data.size() > 0; }
+};
+
+/// All chunks of a scene, as received.
+struct ScenePieces {
+  std::string id;  ///< scene_identity()
+  ChunkCut cut;
+  std::vector<ScenePiece> pieces;
+};
+
+struct OpenedScene {
+  std::string id;
+  std::shared_ptr<const Scene> scene;  ///< null: it could not be opened
+  /// If the scene is null: why this worker cannot open it. Empty: the pieces are not those of `id`,
+  /// so that another source may help.
+  std::string failure{};
+};
+
+/// Opens scenes from their chunks on a background thread, because large scenes take seconds.
+class SceneOpener {
+ public:
+  /// The background thread calls `wake` when take() has a scene. Without `wake`, start() opens the
+  /// scene in the calling thread.
+  explicit SceneOpener(const std::function<void()>& wake);
+
+  /// Begins to open a scene, all chunks of which have arrived. Call it only when idle.
+  void start(ScenePieces packed);
+  [[nodiscard]] bool idle() const { return thread_ ? thread_->idle() : !opened_; }
+  /// Returns the opened scene, once.
+  std::optional<OpenedScene> take();
+
+ private:
+  std::optional<OpenedScene> opened_;  ///< scene opened without a background thread
+  std::unique_ptr<TaskThread<ScenePieces, OpenedScene>> thread_;
+};
 
 /// Fetches scenes for a worker and hands them on to other workers: its side of PROTOCOL.md. Asks
 /// the coordinator for a source and pulls the chunks from it, several at a time. Hands each chunk

@@ -54,7 +54,6 @@ void ThreadTeam::prepare(const LeaseWork& assignment) {
 LeaseResult ThreadTeam::trace(const LeaseWork& assignment, const std::atomic<bool>& stop) {
   LeaseResult finished;
   finished.job = assignment.job;
-  finished.pass = assignment.pass;
   finished.epoch = assignment.epoch;
   finished.grid = assignment.cells.grid;
   const auto fail = [&](const char* what) {

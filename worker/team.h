@@ -24,7 +24,6 @@ using LeaseKey = std::pair<std::uint64_t, std::uint64_t>;
 /// A lease with all data that tracing it needs.
 struct LeaseWork {
   std::uint64_t job = 0;
-  std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
   CellBatch cells;
   Boxed<RenderSettings> settings;  ///< no value is `automatic`, except perhaps `isa`
@@ -40,7 +39,6 @@ struct LeaseWork {
 /// A lease that the team has finished.
 struct LeaseResult {
   std::uint64_t job = 0;
-  std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
   std::shared_ptr<const TracedCells> cells;  ///< null: the lease could not be traced
   std::shared_ptr<const CellGrid> grid;      ///< grid of the cells

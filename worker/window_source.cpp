@@ -29,11 +29,11 @@ constexpr Time heartbeat_interval = milliseconds(250);
 LeaseSource::Taken WindowSource::take(Time /*now*/, double samples_per_second, bool idle) {
   const Part part = take_part(samples_per_second, idle);
   if (part.answer != Answer::lease) return {part.answer};
-  return {part.answer,
-          {0, pass_.number, ++parts_taken_, pass_.plan->batch(part.cells), job_.settings,
-           job_.scene_id, job_.scene},
-          part.fresh,
-          static_cast<double>(part.cells.count()) * pass_.plan->cell_samples()};
+  return {
+      part.answer,
+      {0, ++parts_taken_, pass_.plan->batch(part.cells), job_.settings, job_.scene_id, job_.scene},
+      part.fresh,
+      static_cast<double>(part.cells.count()) * pass_.plan->cell_samples()};
 }
 
 void WindowSource::complete(Time /*now*/, LeaseResult finished) {
@@ -179,7 +179,7 @@ SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second)
 WindowSource::Part WindowSource::take_copy() {
   if (!ticket_) ticket_ = window_.fetch_add(Word::copy_requests, 1);
   if (window_.load(Word::finished) != 0) return {Answer::over, {}};
-  if (*ticket_ >= layout_.most_copies() || window_.load(Word::copies) <= *ticket_) {
+  if (*ticket_ >= layout_.most_copies || window_.load(Word::copies) <= *ticket_) {
     return {Answer::wait, {}};
   }
   const CellRange cells = range_from_word(window_.load(layout_.copy_word(*ticket_)));

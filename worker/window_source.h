@@ -28,7 +28,6 @@ struct RankJob {
 
 /// A pass. It is the same on every rank.
 struct RankPass {
-  std::uint32_t number = 0;
   std::shared_ptr<const WorkPlan> plan;
   CellList missing;  ///< cells to trace: all except those stored by an earlier run of the job
 };

@@ -6,7 +6,6 @@
 
 #include "cli/commands/commands.h"
 #include "proto/keys.h"
-#include "proto/tokens.h"
 
 namespace parray::commands {
 namespace {

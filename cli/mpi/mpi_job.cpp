@@ -12,32 +12,9 @@
 #include "proto/settings_json.h"
 
 namespace parray::mpi {
+namespace {
 
 using nlohmann::json;
-
-std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job,
-                                    const std::string& scene_bytes) {
-  std::string header;
-  if (job != nullptr) {
-    header = json{{"settings", settings_to_json(job->settings)},
-                  {"mode", static_cast<int>(job->mode)},
-                  {"tile", job->tile},
-                  {"fingerprint", job->fingerprint}}
-                 .dump();
-  }
-  header = world.broadcast(std::move(header));
-  if (header.empty()) return {};
-  const json map = json::parse(header);
-  MpiJob received;
-  received.settings = settings_from_json(map.at("settings"));
-  received.mode = static_cast<MpiMode>(map.at("mode").get<int>());
-  received.tile = map.at("tile");
-  received.fingerprint = map.at("fingerprint");
-  if (!received.alone()) received.scene_bytes = world.broadcast(scene_bytes);
-  return received;
-}
-
-namespace {
 
 /// Appends the length of a list and its bytes in memory. All ranks run the same build.
 template <typename Element>
@@ -59,32 +36,6 @@ std::vector<Element> take_list(std::string_view& bytes) {
   bytes.remove_prefix(count * sizeof(Element));
   return list;
 }
-
-}  // namespace
-
-std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
-                                       const RankPass* pass) {
-  std::string bytes;
-  if (pass != nullptr) {
-    append(bytes, std::vector{pass->number});
-    append(bytes, pass->plan->grid()->shape().stages);
-    append(bytes, pass->plan->pixel_samples());
-    append(bytes, pass->missing.ranges());
-  }
-  bytes = world.broadcast(std::move(bytes));
-  if (bytes.empty() || pass != nullptr) return {};
-  std::string_view rest = bytes;
-  RankPass received;
-  received.number = take_list<std::uint32_t>(rest).front();
-  Pass cut;
-  cut.stages = take_list<Stage>(rest);
-  cut.samples = take_list<SampleRange>(rest);
-  received.plan = std::make_shared<const WorkPlan>(job.settings, std::move(cut), job.tile);
-  received.missing = CellList(take_list<CellRange>(rest));
-  return received;
-}
-
-namespace {
 
 /// Returns the facts of all ranks. The result is meaningful in rank 0 only.
 std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t threads, bool alone) {
@@ -110,6 +61,48 @@ std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t threads
 }
 
 }  // namespace
+
+std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job,
+                                    const std::string& scene_bytes) {
+  std::string header;
+  if (job != nullptr) {
+    header = json{{"settings", settings_to_json(job->settings)},
+                  {"mode", static_cast<int>(job->mode)},
+                  {"tile", job->tile},
+                  {"fingerprint", job->fingerprint}}
+                 .dump();
+  }
+  header = world.broadcast(std::move(header));
+  if (header.empty()) return {};
+  const json map = json::parse(header);
+  MpiJob received;
+  received.settings = settings_from_json(map.at("settings"));
+  received.mode = static_cast<MpiMode>(map.at("mode").get<int>());
+  received.tile = map.at("tile");
+  received.fingerprint = map.at("fingerprint");
+  if (!received.alone()) received.scene_bytes = world.broadcast(scene_bytes);
+  return received;
+}
+
+std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
+                                       const RankPass* pass) {
+  std::string bytes;
+  if (pass != nullptr) {
+    append(bytes, pass->plan->grid()->shape().stages);
+    append(bytes, pass->plan->pixel_samples());
+    append(bytes, pass->missing.ranges());
+  }
+  bytes = world.broadcast(std::move(bytes));
+  if (bytes.empty() || pass != nullptr) return {};
+  std::string_view rest = bytes;
+  RankPass received;
+  Pass cut;
+  cut.stages = take_list<Stage>(rest);
+  cut.samples = take_list<SampleRange>(rest);
+  received.plan = std::make_shared<const WorkPlan>(job.settings, std::move(cut), job.tile);
+  received.missing = CellList(take_list<CellRange>(rest));
+  return received;
+}
 
 Ranks find_ranks(const MpiWorld& world, const MpiJob& job, std::uint32_t threads) {
   Ranks ranks;

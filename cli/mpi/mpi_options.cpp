@@ -4,6 +4,7 @@
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::mpi {
 namespace {
@@ -15,14 +16,6 @@ constexpr const char* safety_group = "When something goes wrong";
 }  // namespace
 
 std::string_view name_of(MpiMode mode) { return mode_names[static_cast<std::size_t>(mode)]; }
-
-MpiMode mpi_mode_from(std::string_view name) {
-  for (std::size_t i = 0; i < mode_names.size(); ++i) {
-    if (mode_names[i] == name) return static_cast<MpiMode>(i);
-  }
-  throw InputError("'" + printable(std::string(name)) +
-                   "' is unknown: use one of window, messages, static, openmp, sequential");
-}
 
 void MpiOptions::add_to(Command& command) {
   add_scene(command, scene);
@@ -36,7 +29,15 @@ void MpiOptions::add_to(Command& command) {
       .group(work_group);
   command
       .option(
-          "--mode", [this](const std::string& text) { mode = mpi_mode_from(text); },
+          "--mode",
+          [this](const std::string& text) {
+            const auto place = place_in(mode_names, text);
+            if (!place) {
+              throw InputError("'" + printable(text) + "' is unknown: use one of " +
+                               joined(mode_names, ", "));
+            }
+            mode = static_cast<MpiMode>(*place);
+          },
           "How ranks share the work. window: each rank takes leases from rank 0's memory; "
           "messages: each rank requests leases from rank 0; static: each rank gets 1/P of the "
           "rows, without regard to --schedule; openmp and sequential: rank 0 alone, with all its "

@@ -19,8 +19,6 @@ enum class MpiMode : std::uint8_t {
 };
 /// Returns the word of --mode: "window", "messages", "static", "openmp" or "sequential".
 std::string_view name_of(MpiMode mode);
-/// Parses the name of a mode. Throws InputError, which lists the known names.
-MpiMode mpi_mode_from(std::string_view name);
 
 /// The command line of parray-mpi.
 struct MpiOptions {

@@ -19,15 +19,6 @@ namespace {
 
 constexpr int end_tag = 100;  // differs from all tags in proto/mpi_window.cpp
 
-/// Sets parameters of Open MPI in the environment, unless the user has set them.
-void set_mpi_parameters() {
-  constexpr int keep = 0;
-  // Debian's configuration disables osc/pt2pt, the only component for windows across machines
-  // without special networks.
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): before there is any other thread
-  setenv("OMPI_MCA_osc", "^ucx", keep);
-}
-
 /// Returns whether the user requested a binding. mpirun passes its options in the environment. The
 /// option "none" means no binding, like the default of ParRay.
 bool binding_requested() {
@@ -49,7 +40,9 @@ void allow_all_processors() {
 }  // namespace
 
 MpiWorld::MpiWorld() {
-  set_mpi_parameters();
+  // Debian's configuration disables osc/pt2pt, the only component for windows across machines
+  // without special networks. A value that the user has set stays.
+  setenv("OMPI_MCA_osc", "^ucx", 0);  // NOLINT(concurrency-mt-unsafe): no other thread runs yet
   int provided = MPI_THREAD_SINGLE;
   check_mpi(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided), "starting MPI");
   if (provided < MPI_THREAD_FUNNELED) {

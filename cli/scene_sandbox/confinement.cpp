@@ -17,10 +17,12 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstddef>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "common/base/error.h"
+#include "common/base/files.h"
 
 namespace parray::scene_sandbox {
 namespace {
@@ -118,61 +120,24 @@ constexpr std::uint32_t this_architecture = AUDIT_ARCH_AARCH64;
 constexpr std::uint32_t this_architecture = 0;
 #endif
 
-/// System calls that reading and writing files do not need: sockets, programs, other processes, and
-/// ways around the other restrictions.
-constexpr std::array refused_calls = {SYS_socket,
-                                      SYS_socketpair,
-                                      SYS_connect,
-                                      SYS_bind,
-                                      SYS_listen,
-                                      SYS_accept,
-                                      SYS_accept4,
-                                      SYS_execve,
-                                      SYS_execveat,
-                                      SYS_ptrace,
-                                      SYS_process_vm_readv,
-                                      SYS_process_vm_writev,
-                                      SYS_kill,
-                                      SYS_tkill,
-                                      SYS_rt_sigqueueinfo,
-                                      SYS_rt_tgsigqueueinfo,
-                                      SYS_setpriority,
-                                      SYS_ioprio_set,
-                                      SYS_kcmp,
-                                      SYS_migrate_pages,
-                                      SYS_move_pages,
-                                      SYS_process_madvise,
-                                      SYS_shmget,
-                                      SYS_shmat,
-                                      SYS_shmctl,
-                                      SYS_msgget,
-                                      SYS_msgctl,
-                                      SYS_semget,
-                                      SYS_semctl,
-                                      SYS_mq_open,
-                                      SYS_mq_unlink,
-                                      SYS_pidfd_open,
-                                      SYS_pidfd_getfd,
-                                      SYS_pidfd_send_signal,
-                                      SYS_io_uring_setup,
-                                      SYS_io_uring_enter,
-                                      SYS_io_uring_register,
-                                      SYS_bpf,
-                                      SYS_perf_event_open,
-                                      SYS_userfaultfd,
-                                      SYS_keyctl,
-                                      SYS_add_key,
-                                      SYS_request_key,
-                                      SYS_unshare,
-                                      SYS_setns,
-                                      SYS_mount,
-                                      SYS_umount2,
-                                      SYS_pivot_root,
-                                      SYS_chroot,
-                                      SYS_open_by_handle_at,
-                                      SYS_name_to_handle_at,
-                                      SYS_personality,
-                                      SYS_memfd_create};
+/// System calls that reading and writing files do not need.
+constexpr std::array refused_calls = {
+    // Sockets.
+    SYS_socket, SYS_socketpair, SYS_connect, SYS_bind, SYS_listen, SYS_accept, SYS_accept4,
+    // Programs and other processes.
+    SYS_execve, SYS_execveat, SYS_ptrace, SYS_process_vm_readv, SYS_process_vm_writev, SYS_kill,
+    SYS_tkill, SYS_rt_sigqueueinfo, SYS_rt_tgsigqueueinfo, SYS_setpriority, SYS_ioprio_set,
+    SYS_kcmp, SYS_migrate_pages, SYS_move_pages, SYS_process_madvise, SYS_shmget, SYS_shmat,
+    SYS_shmctl, SYS_msgget, SYS_msgctl, SYS_semget, SYS_semctl, SYS_mq_open, SYS_mq_unlink,
+    SYS_pidfd_open, SYS_pidfd_getfd, SYS_pidfd_send_signal,
+#ifdef SYS_vfork  // newer architectures lack these calls
+    SYS_fork, SYS_vfork,
+#endif
+    // Ways around the other restrictions.
+    SYS_io_uring_setup, SYS_io_uring_enter, SYS_io_uring_register, SYS_bpf, SYS_perf_event_open,
+    SYS_userfaultfd, SYS_keyctl, SYS_add_key, SYS_request_key, SYS_unshare, SYS_setns, SYS_mount,
+    SYS_umount2, SYS_pivot_root, SYS_chroot, SYS_open_by_handle_at, SYS_name_to_handle_at,
+    SYS_personality, SYS_memfd_create};
 
 /// System calls that a process needs for itself. Their first argument names the process; 0: itself.
 constexpr std::array calls_for_itself = {
@@ -217,12 +182,6 @@ void restrict_calls() {
     filter.push_back(refuse);
   }
   for (const long call : calls_for_itself) allow_for_itself(filter, call);
-#ifdef SYS_vfork  // newer architectures lack these calls
-  for (const long call : {SYS_fork, SYS_vfork}) {
-    filter.push_back(jump(equal, static_cast<std::uint32_t>(call), 0, 1));
-    filter.push_back(refuse);
-  }
-#endif
   // Allows threads, but no processes.
   filter.push_back(jump(equal, SYS_clone, 0, 3));
   filter.push_back(statement(load, offsetof(seccomp_data, args)));
@@ -242,6 +201,16 @@ bool writes_a_large_file(const Enclosure& enclosure) {
   close(out);
   unlink(file.c_str());
   return written;
+}
+
+/// `option` is the option of the coordinator that gives the limit. `beyond`: the distance from the
+/// soft limit `value` to the hard limit.
+void limit(decltype(RLIMIT_AS) what, rlim_t value, const std::string& option, rlim_t beyond = 0) {
+  const rlimit wanted{value, value + beyond};
+  if (setrlimit(what, &wanted) != 0) {
+    throw RunError("the coordinator's own limits (ulimit -H -a) are below " + option +
+                   ": start it with higher limits, or lower the option");
+  }
 }
 
 }  // namespace
@@ -294,6 +263,38 @@ std::vector<std::string> ways_out(const Enclosure& enclosure, const fs::path& fi
   }
   if (writes_a_large_file(enclosure)) ways.emplace_back("writes large files");
   return ways;
+}
+
+Enclosure enclosure_of(std::uint64_t file_bytes) {
+  return {std::filesystem::current_path().parent_path(), file_bytes};
+}
+
+void confine(const ChildResources& resources, std::uint64_t file_bytes) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_DUMPABLE, 0);
+  limit(RLIMIT_CORE, 0, "0 for core files");
+  // At the soft limit the kernel sends SIGXCPU, which names the reason. The hard limit kills.
+  limit(RLIMIT_CPU, resources.seconds, "--http-scene-seconds", 1);
+#ifndef PARRAY_SANITIZED  // the shadow memory of sanitizers needs a huge address space
+  limit(RLIMIT_AS, resources.memory, "--http-scene-memory");
+  enclose_process(enclosure_of(file_bytes));
+#else
+  static_cast<void>(file_bytes);
+#endif
+}
+
+void keep_bytes(const std::filesystem::path& file, std::string_view bytes) {
+  if (!write_file(file, bytes)) {
+    throw RunError("the coordinator cannot write the temporary file " + file.filename().string() +
+                   ", perhaps because the disk is full: make room on the disk of --state or, "
+                   "without --state, of TMPDIR");
+  }
+}
+
+std::string kept_bytes(const std::filesystem::path& file) {
+  std::optional<std::string> bytes = read_file(file);
+  if (!bytes) throw RunError("reading " + file.string() + " failed");
+  return *std::move(bytes);
 }
 
 }  // namespace parray::scene_sandbox

@@ -1,5 +1,3 @@
-#include "cli/scene_sandbox/forecast.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -11,6 +9,7 @@
 
 #include "cli/measure/plan/plan.h"
 #include "cli/measure/plan/probe.h"
+#include "cli/scene_sandbox/upload_jobs.h"
 #include "common/adaptive/noise_model.h"
 #include "common/scene/settings.h"
 #include "common/trace/isa.h"

@@ -11,7 +11,6 @@
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/base/text.h"
-#include "common/process/help_text.h"
 
 namespace parray::process {
 namespace {
@@ -239,8 +238,8 @@ Option Command::option(const std::string& names, std::function<void(const std::s
 }
 
 template <typename Number>
-Option Command::add_number(const std::string& names, Number& target, Number least, Number most,
-                           const std::string& description) {
+Option Command::number(const std::string& names, Number& target, std::type_identity_t<Number> least,
+                       std::type_identity_t<Number> most, const std::string& description) {
   const auto check = [least, most](const std::string& text) {
     Number value{};
     const bool converted = CLI::detail::lexical_cast(text, value);
@@ -252,20 +251,10 @@ Option Command::add_number(const std::string& names, Number& target, Number leas
                std::is_integral_v<Number> ? "N" : "X", description);
 }
 
-Option Command::number(const std::string& names, int& target, int least, int most,
-                       const std::string& description) {
-  return add_number(names, target, least, most, description);
-}
-
-Option Command::number(const std::string& names, std::size_t& target, std::size_t least,
-                       std::size_t most, const std::string& description) {
-  return add_number(names, target, least, most, description);
-}
-
-Option Command::number(const std::string& names, double& target, double least, double most,
-                       const std::string& description) {
-  return add_number(names, target, least, most, description);
-}
+template Option Command::number(const std::string&, int&, int, int, const std::string&);
+template Option Command::number(const std::string&, std::size_t&, std::size_t, std::size_t,
+                                const std::string&);
+template Option Command::number(const std::string&, double&, double, double, const std::string&);
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) {
   return added(app_->add_flag(names, target), names, "", description);

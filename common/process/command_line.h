@@ -1,11 +1,11 @@
 #pragma once
 
-#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "common/base/error.h"
@@ -93,13 +93,11 @@ class Command {
   /// the option. Of several uses the last counts.
   Option option(const std::string& names, std::function<void(const std::string&)> set,
                 const std::string& description);
-  /// Declares an option with a number from `least` to `most`, in CLI11's format.
-  Option number(const std::string& names, int& target, int least, int most,
-                const std::string& description);
-  Option number(const std::string& names, std::size_t& target, std::size_t least, std::size_t most,
-                const std::string& description);
-  Option number(const std::string& names, double& target, double least, double most,
-                const std::string& description);
+  /// Declares an option with a number from `least` to `most`, in CLI11's format. `Number`: int,
+  /// std::size_t or double.
+  template <typename Number>
+  Option number(const std::string& names, Number& target, std::type_identity_t<Number> least,
+                std::type_identity_t<Number> most, const std::string& description);
   /// Declares an option without a value, which sets `target` to true.
   Option flag(const std::string& names, bool& target, const std::string& description);
   /// Declares an option with the values on and off. The target of a missing option stays empty.
@@ -124,9 +122,6 @@ class Command {
  protected:
   Option added(CLI::Option* option, const std::string& names, const std::string& value,
                const std::string& description);
-  template <typename Number>
-  Option add_number(const std::string& names, Number& target, Number least, Number most,
-                    const std::string& description);
 
   CLI::App* app_;
   CommandText* text_;
@@ -158,7 +153,7 @@ class CommandLine : public Command {
   Command command(const std::string& name, const std::string& description);
   /// Adds the command help [COMMAND], which prints the same as --help.
   void add_help_command();
-  /// Returns the output of --help of the program: see help_text.h.
+  /// Returns the output of --help of the program: see description.h.
   [[nodiscard]] std::string help() const;
   /// Returns everything declared so far, with --help added to the program and each command.
   [[nodiscard]] ProgramText description() const;

@@ -1,15 +1,20 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "common/rooms.h"
 
-/// A command line as data: the source of --help, man pages, completion and the JSON of --describe.
-/// CommandLine fills it while options are declared; describe.h lists the outputs.
+/// A command line as data: the source of --help, and of the hidden option `--describe json` of
+/// every program. cmake/pages.py makes man pages and shell completion from the output of
+/// --describe. CommandLine fills the data while options are declared.
 namespace parray::process {
+
+class CommandLine;
 
 /// The candidates that a shell offers for a value besides known words.
 enum class Completes : std::uint8_t { nothing, files, directories, jobs, commands };
@@ -56,21 +61,42 @@ struct CommandText {
   [[nodiscard]] std::string usage(bool has_commands) const;
   /// Returns the name of its man page: "parray-render".
   [[nodiscard]] std::string page() const;
-  /// Returns the headings of its options in the order of their first use.
-  [[nodiscard]] std::vector<std::string> headings() const;
 };
 
 /// A program with its commands.
 struct ProgramText {
   CommandText self;  ///< the program itself, with the options that need no command
   std::deque<CommandText> commands;
-
-  /// Returns the headings of its commands in the order of their first use.
-  [[nodiscard]] std::vector<std::string> headings() const;
 };
 
 /// The meaning of every program's exit status.
 inline constexpr const char* exit_statuses =
     "0 done; 1 failed; 2 bad usage or bad input; 130 interrupted";
+
+/// Return the help of the whole program or of one of its commands. Lines have at most `columns`
+/// characters, unless a word or an example is longer. `all`: include options that are rarely
+/// needed.
+std::string help_text(const ProgramText& program, std::size_t columns);
+std::string help_text(const CommandText& command, std::size_t columns, bool all = false);
+
+/// Returns the width of a help text: COLUMNS if it is a positive number, otherwise the width of the
+/// terminal behind stdout, otherwise 80. The result is at least 40, and at most 100, because longer
+/// lines are hard to read.
+std::size_t help_columns();
+
+/// Returns `text` in lines of at most `columns` characters, unless a word is longer. All lines but
+/// the first begin with `indent` spaces: the caller has written the first `indent` columns of the
+/// first line.
+std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
+
+/// Returns the commands, options and examples of a program as JSON. `declare` declares them on a
+/// new command line, and is called once more for each example. `program`: its name. `about`: one
+/// line about the program. Throws RunError if the program does not understand one of its examples.
+std::string describe(const std::function<void(CommandLine&)>& declare, const std::string& program,
+                     const std::string& about);
+
+/// Splits a command into words at spaces as a shell does, with '...' and "...". A # or & at the
+/// beginning of a word ends the command. Backslashes have no special meaning.
+std::vector<std::string> shell_words(const std::string& command);
 
 }  // namespace parray::process

@@ -12,7 +12,7 @@
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
-#include "common/process/describe.h"
+#include "common/process/description.h"
 #include "common/process/stop_signal.h"
 
 namespace parray::process {

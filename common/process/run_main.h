@@ -25,7 +25,7 @@ struct Program {
 /// Does the common part of every program's main(). `declare` adds options to the command line and
 /// returns the action that runs after parsing. Returns the exit status of README.md (0 done, 1
 /// failed, 2 bad usage or bad input, 130 interrupted); a failure prints one line on stderr.
-/// `declare` may be called several times, for --describe (describe.h). A program with `speaks`
+/// `declare` may be called several times, for --describe (description.h). A program with `speaks`
 /// false returns 0 if the command line is wrong.
 int run_main(const Program& program, int argc, const char* const* argv,
              const std::function<Action(CommandLine&)>& declare);

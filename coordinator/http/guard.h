@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "coordinator/http/exchange.h"
-#include "proto/tokens.h"
+#include "proto/keys.h"
 
 namespace parray::http {
 

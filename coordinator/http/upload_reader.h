@@ -78,7 +78,7 @@ class UploadReader {
   void receive(const Request& request, const std::function<void(Upload&)>& take);
 
   /// Receives a request and forecasts its job on a farm with `threads` threads. Returns the map of
-  /// parray-http-child (cli/scene_sandbox/forecast.h). Throws Problem, RunError.
+  /// parray-http-child (cli/scene_sandbox/upload_jobs.h). Throws Problem, RunError.
   nlohmann::json forecast(const Request& request, std::size_t threads);
 
  private:

@@ -6,7 +6,7 @@
 #include "common/base/error.h"
 #include "common/log/logger.h"
 #include "proto/clock.h"
-#include "proto/tokens.h"
+#include "proto/keys.h"
 
 namespace parray::coordinator {
 

@@ -37,7 +37,7 @@ struct ReportJob {
   explicit ReportJob(std::uint32_t samples_per_pixel = 500)
       : picture(settings_of_report(samples_per_pixel), SceneFacts(Scene())) {
     picture.begin_pass();
-    pass = {0, picture.plan(), CellList(picture.collector().missing())};
+    pass = {picture.plan(), CellList(picture.collector().missing())};
   }
   [[nodiscard]] const WorkPlan& plan() const { return *pass.plan; }
 

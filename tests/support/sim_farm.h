@@ -90,7 +90,10 @@ class SimFarm {
           worker(options(id), team),
           link(network.peer_end(id)) {}
     static WorkerOptions options(const std::string& id) {
-      WorkerOptions options{id, id, 1, 2, "same"};
+      WorkerOptions options;
+      options.name = id;
+      options.instance = id;
+      options.fingerprint = "same";
       options.host = "host";
       options.share_port = static_cast<std::uint32_t>(std::stoul(id.substr(1)));
       options.share_key = SimNetwork::share_key;

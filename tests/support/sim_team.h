@@ -25,7 +25,6 @@ class SimTeam final : public Team {
     const auto tracer = make_path_tracer(*assignment.scene, assignment.settings);
     LeaseResult finished;
     finished.job = assignment.job;
-    finished.pass = assignment.pass;
     finished.epoch = assignment.epoch;
     const CellCost cost = [this](const CellBatch& batch, std::uint64_t cell) {
       return static_cast<double>(samples_of(batch, cell)) / speed_;

@@ -242,7 +242,7 @@ struct WindowRig {
     for (const CellRange& range : done) {
       picture.take(earlier_tracer(), made_cells(picture.plan()->batch(range)));
     }
-    return {picture.passes().pass(), picture.plan(), CellList(picture.collector().missing())};
+    return {picture.plan(), CellList(picture.collector().missing())};
   }
 };
 
@@ -273,7 +273,6 @@ class MadeTeam final : public Team {
     const LeaseWork lease = *std::exchange(lease_, std::nullopt);
     LeaseResult finished;
     finished.job = lease.job;
-    finished.pass = lease.pass;
     finished.epoch = lease.epoch;
     finished.grid = lease.cells.grid;
     if (!failure.empty()) {

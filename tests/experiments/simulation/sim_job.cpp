@@ -71,7 +71,7 @@ SimCellTeam::Options team_options(const JobOptions& o, std::uint32_t rank) {
 
 RankPass begin_pass(JobPicture& picture) {
   picture.begin_pass();
-  return {0, picture.plan(), CellList(picture.collector().missing())};
+  return {picture.plan(), CellList(picture.collector().missing())};
 }
 
 }  // namespace

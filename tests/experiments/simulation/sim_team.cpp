@@ -140,7 +140,6 @@ std::optional<LeaseResult> SimCellTeam::take() {
   idle_since_ = due_;
   LeaseResult finished;
   finished.job = lease.job;
-  finished.pass = lease.pass;
   finished.epoch = lease.epoch;
   finished.cells = std::make_shared<const TracedCells>(std::move(traced));
   finished.grid = plan_.grid();

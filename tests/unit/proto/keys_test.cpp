@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "common/base/error.h"
-#include "proto/tokens.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"

@@ -51,7 +51,7 @@ class ScriptedSource final : public LeaseSource {
   void lease(std::uint64_t begin, std::uint64_t end, bool fresh = true, bool length_known = true) {
     const auto count = static_cast<double>(end - begin);
     answers.push_back({Answer::lease,
-                       {1, 0, ++epoch_, plan_->batch({begin, end}), made_settings(), "", nullptr},
+                       {1, ++epoch_, plan_->batch({begin, end}), made_settings(), "", nullptr},
                        fresh,
                        length_known ? count * plan_->cell_samples() : 0});
   }

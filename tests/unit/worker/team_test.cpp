@@ -39,7 +39,7 @@ using test::whole;
 using test::without_times;
 
 LeaseWork assignment(std::uint64_t epoch, const RenderSettings& settings) {
-  return {7, 3, epoch, whole(settings), settings, "the small scene", shared_scene()};
+  return {7, epoch, whole(settings), settings, "the small scene", shared_scene()};
 }
 
 /// Returns the team's result of a lease.
@@ -94,7 +94,6 @@ TEST_CASE("a team traces a lease, calls on_finished, and returns the result once
   const auto finished = team.take();
   REQUIRE(finished);
   CHECK(finished->key() == LeaseKey{7, 42});
-  CHECK(finished->pass == 3);
   CHECK(finished->failure.empty());
   REQUIRE(finished->cells);
   CHECK(without_times(*finished->cells) == plain_records(settings, whole(settings)));

@@ -1,5 +1,3 @@
-#include "common/process/describe.h"
-
 #include <doctest/doctest.h>
 
 #include <string>
@@ -7,7 +5,7 @@
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
-#include "common/process/help_text.h"
+#include "common/process/description.h"
 #include "tests/support/rooms.h"
 
 namespace parray {

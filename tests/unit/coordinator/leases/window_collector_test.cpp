@@ -191,7 +191,7 @@ TEST_CASE("passes with different samples per pixel work over windows and are res
                       plan->pixel_samples().empty()
                           ? std::vector<SampleRange>(pixels, plan->grid()->shape().stages[0])
                           : plan->pixel_samples());
-      const RankPass pass{picture.passes().pass(), plan, CellList(picture.collector().missing())};
+      const RankPass pass{plan, CellList(picture.collector().missing())};
       const WindowLayout layout(*plan->grid(), 3);
       test::WindowMemory memory(layout.bytes());
       LocalWindow window(memory.bytes());
@@ -200,7 +200,7 @@ TEST_CASE("passes with different samples per pixel work over windows and are res
           picture, judge, layout, window, memory.bytes(), Time(0), totals,
           {[](const CellBatch& cell) { return test::made_cells(cell).excluded; },
            [&](TracerKey tracer, const TracedCells& cells) {
-             log.push_back(JobPicture::cells_entry(pass.number, tracer, cells.range,
+             log.push_back(JobPicture::cells_entry(picture.passes().pass(), tracer, cells.range,
                                                    pack_cells(cells, *plan->grid())));
            }});
       RankJob job{settings, "", nullptr};
