@@ -22,7 +22,7 @@
 #include "cli/output/denoising.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/partial_file.h"
-#include "cli/output/postprocess/sheet.h"
+#include "cli/output/postprocess/postprocessing.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"

@@ -171,8 +171,8 @@ int run(const TradeoffCommand& command) {
   tradeoff::TradeoffResults results;
   try {
     Meter meter(command);
-    tradeoff::Session session(request, bench, log, [&](double done) { meter.show(done); });
-    results = session.measure();
+    results =
+        tradeoff::measure_tradeoff(request, bench, log, [&](double done) { meter.show(done); });
     meter.end();
   } catch (const Interrupted&) {
     throw Interrupted("interrupted: the same command continues with the measurements in " +

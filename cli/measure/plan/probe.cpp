@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "cli/farm/direct_render.h"
+#include "cli/measure/plan/effort.h"
 #include "cli/measure/plan/overheads.h"
 #include "cli/measure/plan/part_of_picture.h"
-#include "cli/measure/plan/pass_cost.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"

@@ -24,11 +24,6 @@ struct Change {
 
 double square(double value) { return value * value; }
 
-const Row* row_with(const std::vector<Row>& rows, const RenderSettings& settings) {
-  const auto found = std::ranges::find(rows, options_of(settings), &Row::options);
-  return found == rows.end() ? nullptr : &*found;
-}
-
 double bias_square_of(const RenderSettings& settings, const PairedBiases& biases) {
   const auto depth = biases.depth.find(settings.max_depth);
   const auto precision = biases.precision.find(settings.precision);
@@ -153,6 +148,11 @@ std::string times_text(double times) {
 }
 
 }  // namespace
+
+const Row* row_with(const std::vector<Row>& rows, const RenderSettings& settings) {
+  const auto found = std::ranges::find(rows, options_of(settings), &Row::options);
+  return found == rows.end() ? nullptr : &*found;
+}
 
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b) {
   return a.sampler == b.sampler && a.max_depth == b.max_depth && a.precision == b.precision &&

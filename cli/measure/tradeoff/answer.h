@@ -43,6 +43,9 @@ std::optional<Candidate> corrected(const Row& row, double error);
 /// none.
 const Row* fastest_within(double error, const std::vector<Row>& rows);
 
+/// Returns the row of these settings. Null: there is none.
+const Row* row_with(const std::vector<Row>& rows, const RenderSettings& settings);
+
 /// Returns whether settings of one scene differ only in the number of samples or in the value of a
 /// target error. Does not compare size and seed.
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b);
