@@ -19,7 +19,7 @@
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/view/view.h"
 #include "cli/measure/plan/denoising_worth.h"
-#include "cli/output/denoising.h"
+#include "cli/output/extra_channels.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/postprocess/postprocessing.h"

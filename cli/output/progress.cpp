@@ -10,7 +10,6 @@
 #include <string_view>
 #include <utility>
 
-#include "cli/output/error_text.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 #include "coordinator/jobs/report.h"

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "cli/output/error_map.h"
-#include "cli/output/error_text.h"
 #include "cli/output/extra_channels.h"
 #include "cli/output/labels/font.h"
 #include "cli/output/picture/image_file.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <variant>
 
 #include "cli/output/picture/transparency.h"
 
@@ -10,13 +9,10 @@ namespace parray::postprocess {
 namespace {
 
 template <typename Value>
-std::span<const Value> values_in(const ShownPicture& picture, const std::string& name) {
+std::span<const Value> values_of(const ShownPicture& picture, const std::string& name) {
   for (const Channels* const channels : {picture.written, picture.traced}) {
     if (channels == nullptr) continue;
-    for (const Channel& channel : *channels) {
-      const auto* const values = std::get_if<std::vector<Value>>(&channel.values);
-      if (channel.name == name && values != nullptr) return *values;
-    }
+    if (const auto* const values = values_in<Value>(*channels, name)) return *values;
   }
   return {};
 }
@@ -40,11 +36,11 @@ void place(const ShownPicture& picture, std::size_t left, std::size_t top, Image
 }  // namespace
 
 std::span<const float> ShownPicture::floats(const std::string& name) const {
-  return values_in<float>(*this, name);
+  return values_of<float>(*this, name);
 }
 
 std::span<const std::uint32_t> ShownPicture::wholes(const std::string& name) const {
-  return values_in<std::uint32_t>(*this, name);
+  return values_of<std::uint32_t>(*this, name);
 }
 
 Aovs needs_of(const PostprocessSteps& finishing) {
