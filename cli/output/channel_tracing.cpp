@@ -179,15 +179,13 @@ std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const Render
                                           std::span<const std::uint32_t> samples, int threads,
                                           const std::function<void()>& between_bands) {
   std::vector<SkySamples> sky(std::size_t{settings.width} * settings.height);
-  std::uint64_t mean = settings.samples_per_pixel;
-  if (!samples.empty()) {
-    mean = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0}) / samples.size();
-  }
+  const std::uint64_t mean =
+      std::accumulate(samples.begin(), samples.end(), std::uint64_t{0}) / samples.size();
   const auto trace = [&, ranges = std::vector<SampleRange>()](const PixelRun& run) mutable {
     const std::size_t first = std::size_t{run.y} * settings.width + run.x_begin;
-    ranges.assign(run.x_end - run.x_begin, {0, settings.samples_per_pixel});
-    for (std::size_t i = 0; !samples.empty() && i < ranges.size(); ++i) {
-      ranges[i].end = samples[first + i];
+    ranges.clear();
+    for (const std::uint32_t count : samples.subspan(first, run.x_end - run.x_begin)) {
+      ranges.push_back({0, count});
     }
     tracer.add_sky_samples(run, RunSamples(ranges), std::span(sky).subspan(first, ranges.size()));
   };

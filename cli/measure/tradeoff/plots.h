@@ -1,14 +1,23 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "cli/measure/tradeoff/tradeoff_results.h"
 
 /// Plots of the tables in the directory DIR of measurements. The program contains their scripts for
 /// gnuplot.
 namespace parray::tradeoff {
+
+/// A file plots/NAME.gp of the source. CMake writes plot_scripts.cpp, which contains their texts.
+struct PlotScript {
+  std::string_view name;
+  std::string_view text;
+};
+extern const std::array<PlotScript, 7> plot_scripts;
 
 /// Returns the line below each plot: the scene, the machine, the version and the date.
 std::string caption_of(const TradeoffResults& results);
