@@ -1,5 +1,3 @@
-#include "cli/output/picture/exr_codec.h"
-
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfChromaticities.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
@@ -27,7 +25,7 @@
 #include <variant>
 #include <vector>
 
-#include "cli/output/picture/image_limits.h"
+#include "cli/output/picture/codecs.h"
 #include "common/base/error.h"
 
 namespace parray::picture {

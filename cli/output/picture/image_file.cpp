@@ -11,8 +11,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "cli/output/picture/exr_codec.h"
-#include "cli/output/picture/image_codec.h"
+#include "cli/output/picture/codecs.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/picture/png_file.h"
 #include "cli/output/picture/srgb.h"
@@ -90,8 +89,6 @@ void check_exr_attributes(const std::filesystem::path& path) {
 
 namespace fs = std::filesystem;
 
-enum class Format { exr, png, tiff, jpeg, jpeg2000, unknown };
-
 /// Returns the format to write, by the file's extension.
 Format format_of(const fs::path& path) {
   const std::string extension = lower_case(path.extension().string());
@@ -149,11 +146,6 @@ const ImageCodec& codec() {
   return loaded;
 }
 
-OtherKind other_kind(Format format) {
-  if (format == Format::tiff) return OtherKind::tiff;
-  return format == Format::jpeg ? OtherKind::jpeg : OtherKind::jpeg2000;
-}
-
 /// Key of the description of a TIFF file, which contains the metadata as a JSON map.
 constexpr std::string_view description = "ImageDescription";
 
@@ -175,12 +167,12 @@ ImageMetadata described(ImageMetadata found) {
   return metadata;
 }
 
-std::string write_other(const std::string& file, OtherKind kind, const Image& image,
+std::string write_other(const std::string& file, Format format, const Image& image,
                         const ImageMetadata& metadata, std::span<const float> alpha) {
   return codec().write(file,
-                       {kind, image.width, image.height, !alpha.empty(),
+                       {format, image.width, image.height, !alpha.empty(),
                         alpha.empty() ? srgb_bytes(image.rgb) : transparent_bytes(image.rgb, alpha),
-                        kind == OtherKind::tiff ? description_of(metadata) : std::string(),
+                        format == Format::tiff ? description_of(metadata) : std::string(),
                         real_in(metadata, dpi_key).value_or(0)});
 }
 
@@ -280,7 +272,7 @@ static void write_partial(const PartialFile& file, const fs::path& path, const I
   const std::string problem =
       format == Format::exr   ? exr_codec().write(name, image, kept, channels, between_strips, fast)
       : format == Format::png ? write_png(name, image, kept, between_strips, fast, alpha)
-                              : write_other(name, other_kind(format), image, metadata, alpha);
+                              : write_other(name, format, image, metadata, alpha);
   if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
 }
 

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-#include "cli/output/picture/image_limits.h"
+#include "cli/output/picture/codecs.h"
 #include "cli/output/picture/srgb.h"
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
