@@ -28,16 +28,38 @@
 namespace parray::picture {
 namespace {
 
-/// Writes with libpng. A step that fails jumps back into attempt(). Therefore steps must not have
-/// objects with destructors.
-class PngWriter {
- public:
-  explicit PngWriter(std::FILE* file)
-      : file_(file),
-        png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
+/// Calls libpng. A step that fails jumps back into attempt(). Therefore steps must not have objects
+/// with destructors.
+class PngSteps {
+ protected:
+  /// `create`: png_create_write_struct() or png_create_read_struct().
+  explicit PngSteps(decltype(png_create_read_struct)& create)
+      : png_(create(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
         info_(png_ == nullptr ? nullptr : png_create_info_struct(png_)) {
     if (info_ == nullptr) problem_ = "not enough memory";
   }
+
+  void attempt(const auto& step) {
+    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
+    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
+  }
+
+  std::string problem_;
+  png_structp png_;
+  png_infop info_;
+
+ private:
+  static void on_error(png_structp png, png_const_charp message) {
+    auto& problem = static_cast<PngSteps*>(png_get_error_ptr(png))->problem_;
+    if (problem.empty()) problem = message;
+    png_longjmp(png, 1);
+  }
+  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
+};
+
+class PngWriter : PngSteps {
+ public:
+  explicit PngWriter(std::FILE* file) : PngSteps(png_create_write_struct), file_(file) {}
   ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
   PngWriter& operator=(PngWriter&&) = delete;
 
@@ -79,11 +101,6 @@ class PngWriter {
   }
 
  private:
-  void attempt(const auto& step) {
-    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
-    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
-  }
-
   /// Uses an international text chunk, because plain text chunks are Latin-1 and ParRay's texts are
   /// UTF-8.
   static png_text text_chunk(const std::pair<std::string, MetadataValue>& entry) {
@@ -96,12 +113,6 @@ class PngWriter {
     return chunk;
   }
 
-  static void on_error(png_structp png, png_const_charp message) {
-    auto& problem = static_cast<PngWriter*>(png_get_error_ptr(png))->problem_;
-    if (problem.empty()) problem = message;
-    png_longjmp(png, 1);
-  }
-  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
   static void on_write(png_structp png, png_bytep bytes, std::size_t size) {
     auto& writer = *static_cast<PngWriter*>(png_get_io_ptr(png));
     errno = 0;
@@ -114,18 +125,12 @@ class PngWriter {
   void note_errno() { problem_ = std::generic_category().message(errno != 0 ? errno : EIO); }
 
   std::FILE* file_;
-  std::string problem_;
-  png_structp png_;
-  png_infop info_;
 };
 
-/// Reads with libpng as 8-bit RGB or RGBA, for any form of the file. For errors see PngWriter.
-class PngReader {
+/// Reads as 8-bit RGB or RGBA, for any form of the file.
+class PngReader : PngSteps {
  public:
-  explicit PngReader(std::FILE* file)
-      : png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
-        info_(png_ == nullptr ? nullptr : png_create_info_struct(png_)) {
-    if (info_ == nullptr) problem_ = "not enough memory";
+  explicit PngReader(std::FILE* file) : PngSteps(png_create_read_struct) {
     attempt([&] {
       png_init_io(png_, file);
       png_read_info(png_, info_);
@@ -171,21 +176,6 @@ class PngReader {
     }
     return metadata;
   }
-
- private:
-  void attempt(const auto& step) {
-    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
-    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
-  }
-  static void on_error(png_structp png, png_const_charp message) {
-    static_cast<PngReader*>(png_get_error_ptr(png))->problem_ = message;
-    png_longjmp(png, 1);
-  }
-  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
-
-  std::string problem_;
-  png_structp png_;
-  png_infop info_;
 };
 
 /// Premultiplies the colours of `file` by the alpha of `bytes`: red, green, blue, alpha of each
