@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cli/measure/tradeoff/analysis.h"
-#include "cli/measure/tradeoff/paired.h"
+#include "cli/measure/tradeoff/bench.h"
 
 /// The cheapest settings for an accuracy, from the measurements. Pure functions.
 namespace parray::tradeoff {

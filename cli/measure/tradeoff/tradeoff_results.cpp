@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "cli/measure/plan/farm_model.h"
-#include "cli/measure/tradeoff/variant.h"
+#include "cli/measure/plan/plan.h"
 #include "common/scene/settings.h"
 
 namespace parray::tradeoff {

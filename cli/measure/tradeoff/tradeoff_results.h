@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cli/measure/tradeoff/analysis.h"
-#include "cli/measure/tradeoff/paired.h"
+#include "cli/measure/tradeoff/bench.h"
 
 namespace parray::tradeoff {
 
@@ -28,7 +28,7 @@ struct FarmFront {
 
 /// Returns the fronts for 1, 4, 16 and 64 workers of `threads` threads. Scales the time of each row
 /// to the number of pixels of `scene` and replays the coordinator's lease rules in virtual time
-/// (cli/measure/plan/farm_model.h), in the row's number of passes. Leaves out the network. One
+/// (FarmModel, cli/measure/plan/plan.h), in the row's number of passes. Leaves out the network. One
 /// machine denoises.
 std::vector<FarmFront> farm_fronts_of(const std::vector<Row>& rows, const RenderSettings& scene,
                                       int threads);

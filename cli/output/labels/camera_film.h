@@ -1,6 +1,6 @@
 #pragma once
 
-#include "cli/output/labels/coverage.h"
+#include "cli/output/labels/canvas.h"
 #include "common/math/vec.h"
 #include "common/scene/scene.h"
 
