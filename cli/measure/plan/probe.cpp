@@ -109,7 +109,9 @@ struct Candidate {
 class Prober {
  public:
   Prober(const ProbeRequest& request, const std::atomic<bool>& stop)
-      : request_(request), stop_(stop), pixels_(pixels_of(request.settings)) {}
+      : request_(request),
+        stop_(stop),
+        pixels_(static_cast<double>(pixel_count(request.settings))) {}
 
   Probe run() {
     began_ = effort_now();
@@ -131,10 +133,6 @@ class Prober {
   }
 
  private:
-  static double pixels_of(const RenderSettings& settings) {
-    return static_cast<double>(settings.width) * settings.height;
-  }
-
   // ---- Tracing -------------------------------------------------------------------------------
 
   /// Does and measures the steps that every picture needs once, except loading. Makes the tracers.
@@ -201,7 +199,7 @@ class Prober {
     const Stage look = stages(main_.sampler, everywhere, false, {look_samples}).back();
     variance_ = variance_of(render_->state(), look.rmse);
     rays_ = rays_of(*render_);
-    const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
+    const double times = pixels_ / everywhere.pixels();
     const Collecting collecting = effort_of_collecting(render_->framebuffer);
     result_.collect = times * collecting.again;
     result_.collect.wall /= request_.threads;  // the other threads trace meanwhile
@@ -250,9 +248,7 @@ class Prober {
     return passes;
   }
 
-  [[nodiscard]] double pixels_of_part() const {
-    return static_cast<double>(main_.part->width()) * main_.part->height();
-  }
+  [[nodiscard]] double pixels_of_part() const { return main_.part->pixels(); }
 
   [[nodiscard]] RenderSettings settings_of(Sampler sampler, const PartOfPicture& part,
                                            bool adaptive, const std::vector<double>& passes) const {
@@ -265,7 +261,7 @@ class Prober {
     settings.row_order = RowOrder::sequential;
     settings.progressive = false;
     for (const double samples : passes) {
-      settings.passes.push_back(static_cast<std::uint64_t>(samples * pixels_of(settings)));
+      settings.passes.push_back(static_cast<std::uint64_t>(samples * part.pixels()));
     }
     return settings;
   }
@@ -377,7 +373,6 @@ class Prober {
 
   [[nodiscard]] std::vector<MeasuredError> measured(const std::vector<Stage>& stages) const {
     std::vector<MeasuredError> errors;
-    errors.reserve(stages.size());
     for (const Stage& stage : stages) {
       errors.push_back({stage.samples, error_scale_ * stage.rmse, stage.relative});
     }
@@ -386,7 +381,6 @@ class Prober {
 
   static std::vector<TracedPass> passes_of(const std::vector<Stage>& stages) {
     std::vector<TracedPass> passes;
-    passes.reserve(stages.size());
     for (const Stage& stage : stages) passes.push_back(stage.pass);
     return passes;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 
 #include "common/adaptive/pixel_noise.h"
@@ -86,7 +87,7 @@ double relative_variance(const Differences& all, std::size_t width, std::size_t 
 
 double root(double square) { return square > 0 ? std::sqrt(square) : 0; }
 
-double mean_of(const std::vector<const Run*>& runs, auto Run::*member) {
+double mean_of(const std::vector<const Run*>& runs, double Run::*member) {
   double sum = 0;
   for (const Run* run : runs) sum += run->*member;
   return sum / static_cast<double>(runs.size());
@@ -104,7 +105,7 @@ double deviation_of(const std::vector<double>& values) {
 std::vector<double> values_of(const std::vector<const Run*>& runs, const auto& function) {
   std::vector<double> values;
   values.reserve(runs.size());
-  for (const Run* run : runs) values.push_back(function(*run));
+  for (const Run* run : runs) values.push_back(std::invoke(function, *run));
   return values;
 }
 
@@ -186,12 +187,11 @@ Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Ti
   row.runs = runs.size();
   row.seconds =
       quartiles_of(values_of(runs, [&](const Run& run) { return timing.seconds_of(run); }));
-  row.cpu_seconds =
-      quartiles_of(values_of(runs, [](const Run& run) { return run.cpu_seconds; })).median;
+  row.cpu_seconds = quartiles_of(values_of(runs, &Run::cpu_seconds)).median;
   row.samples = mean_of(runs, &Run::samples);
   row.rays = mean_of(runs, &Run::rays);
   row.mse = mean_of(runs, &Run::mse);
-  row.mse_deviation = deviation_of(values_of(runs, [](const Run& run) { return run.mse; }));
+  row.mse_deviation = deviation_of(values_of(runs, &Run::mse));
   row.rmse = root(row.mse);
   row.rmse_deviation = deviation_of(values_of(runs, [](const Run& run) { return root(run.mse); }));
   row.rmse_8bit = root(mean_of(runs, &Run::mse_8bit));

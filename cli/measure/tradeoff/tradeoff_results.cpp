@@ -29,6 +29,34 @@ std::string family_of(const RenderSettings& settings) {
          (settings.replicates ? ", denoised" : "");
 }
 
+/// Returns the MSE as a function of seconds.
+LogCurve over_time(const std::vector<const Row*>& rows) {
+  std::vector<std::pair<double, double>> points;
+  points.reserve(rows.size());
+  for (const Row* row : rows) points.emplace_back(row->seconds.median, row->mse);
+  return LogCurve(points);
+}
+
+/// Returns the gain in MSE in the same time, at the logarithmic middle of the times at which both
+/// were measured. 0: unknown.
+double gain_of(const std::vector<const Row*>& rows, const std::vector<const Row*>& independent) {
+  const LogCurve ours = over_time(rows);
+  const LogCurve theirs = over_time(independent);
+  if (!ours.known() || !theirs.known()) return 0;
+  const auto range = [](const std::vector<const Row*>& of) {
+    const auto [least, most] =
+        std::ranges::minmax_element(of, {}, [](const Row* row) { return row->seconds.median; });
+    return std::pair{(*least)->seconds.median, (*most)->seconds.median};
+  };
+  const auto [a, b] = range(rows);
+  const auto [c, d] = range(independent);
+  const double from = std::max(a, c);
+  const double to = std::min(b, d);
+  if (!(from > 0) || !(from <= to)) return 0;
+  const double middle = std::sqrt(from * to);
+  return theirs.at(middle) / ours.at(middle);
+}
+
 }  // namespace
 
 std::vector<FarmFront> farm_fronts_of(const std::vector<Row>& rows, const RenderSettings& scene,
@@ -61,38 +89,6 @@ Families families_of(const std::vector<Row>& rows, const RenderSettings& base) {
   }
   return families;
 }
-
-namespace {
-
-/// Returns the MSE as a function of seconds.
-LogCurve over_time(const std::vector<const Row*>& rows) {
-  std::vector<std::pair<double, double>> points;
-  points.reserve(rows.size());
-  for (const Row* row : rows) points.emplace_back(row->seconds.median, row->mse);
-  return LogCurve(points);
-}
-
-/// Returns the gain in MSE in the same time, at the logarithmic middle of the times at which both
-/// were measured. 0: unknown.
-double gain_of(const std::vector<const Row*>& rows, const std::vector<const Row*>& independent) {
-  const LogCurve ours = over_time(rows);
-  const LogCurve theirs = over_time(independent);
-  if (!ours.known() || !theirs.known()) return 0;
-  const auto range = [](const std::vector<const Row*>& of) {
-    const auto [least, most] =
-        std::ranges::minmax_element(of, {}, [](const Row* row) { return row->seconds.median; });
-    return std::pair{(*least)->seconds.median, (*most)->seconds.median};
-  };
-  const auto [a, b] = range(rows);
-  const auto [c, d] = range(independent);
-  const double from = std::max(a, c);
-  const double to = std::min(b, d);
-  if (!(from > 0) || !(from <= to)) return 0;
-  const double middle = std::sqrt(from * to);
-  return theirs.at(middle) / ours.at(middle);
-}
-
-}  // namespace
 
 std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector<Run>& runs,
                          const PairedBiases& biases, const Timing& timing) {
