@@ -32,10 +32,6 @@ double letter_size(const LabelSettings& settings, double dpi, double height) {
   return std::max(size, 1.0);
 }
 
-[[noreturn]] void fail_without(const std::string& option, const std::string& what) {
-  throw InputError(option + ": " + what);
-}
-
 }  // namespace
 
 double dots_per_inch(const LabelSettings& settings, double width) {
@@ -85,10 +81,9 @@ void Labels::make_blocks() {
   if (!wanted.text.empty()) add_text("--text", wanted.text);
   if (wanted.time_stamp) {
     if (content_.time_stamp.empty()) {
-      fail_without(
-          "--time-stamp",
-          "the scene's particles have no time and only one frame: leave out --time-stamp, or "
-          "time_stamp in the scene file");
+      throw InputError(
+          "--time-stamp: the scene's particles have no time and only one frame: leave out "
+          "--time-stamp, or time_stamp in the scene file");
     }
     add_text("--time-stamp", content_.time_stamp);
   }
@@ -96,10 +91,9 @@ void Labels::make_blocks() {
   if (wanted.scale_bar) add_scale_bar();
   if (wanted.cell) {
     if (!content_.cell) {
-      fail_without(
-          "--cell",
-          "the scene's particles have no box and no cell: leave out --cell, or cell in the scene "
-          "file");
+      throw InputError(
+          "--cell: the scene's particles have no box and no cell: leave out --cell, or cell in the "
+          "scene file");
     }
     blocks_.push_back(axes_block(style_, film_));
   }
@@ -107,9 +101,9 @@ void Labels::make_blocks() {
 
 void Labels::add_legends() {
   if (content_.legends.empty()) {
-    fail_without("--legend",
-                 "the scene has no colours to explain: colour particles by element, type or "
-                 "number");
+    throw InputError(
+        "--legend: the scene has no colours to explain: colour particles by element, type or "
+        "number");
   }
   for (Legend& legend : content_.legends) {
     set_title(legend, content_.settings);
