@@ -7,7 +7,6 @@
 
 #include "cli/farm/direct_render.h"
 #include "cli/measure/plan/effort.h"
-#include "cli/measure/plan/overheads.h"
 #include "cli/measure/plan/part_of_picture.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/noise_model.h"

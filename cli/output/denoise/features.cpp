@@ -1,10 +1,9 @@
-#include "cli/output/denoise/features.h"
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <span>
 
+#include "cli/output/denoise/denoise.h"
 #include "common/math/float_mode.h"
 #include "common/scene/settings.h"
 

@@ -13,7 +13,6 @@
 
 #include "cli/output/picture/codecs.h"
 #include "cli/output/picture/partial_file.h"
-#include "cli/output/picture/png_file.h"
 #include "cli/output/picture/srgb.h"
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"

@@ -1,5 +1,3 @@
-#include "cli/output/picture/png_file.h"
-
 #include <png.h>
 #include <zlib.h>
 
