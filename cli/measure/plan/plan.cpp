@@ -143,14 +143,10 @@ class Chooser {
     return samples;
   }
 
-  [[nodiscard]] static double pilot_of(double samples) {
-    return std::min<double>(samples, pilot_samples);
-  }
-
   /// Returns the effort of tracing `samples` per pixel in adaptive passes. `placed`: passes after
   /// the pilot place their samples by noise.
   [[nodiscard]] Effort tracing(const SamplerProbe& sampler, double samples, bool placed) const {
-    const double pilot = placed ? pilot_of(samples) : samples;
+    const double pilot = placed ? std::min<double>(samples, pilot_samples) : samples;
     return pixels_ * (pilot * sampler.uniform_sample + (samples - pilot) * sampler.adaptive_sample);
   }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -77,16 +76,8 @@ std::string write_png(const std::string& file, const Image& image, const ImageMe
                       const std::function<void()>& between_strips, bool fast,
                       std::span<const float> alpha = {});
 
-/// Reads a PNG file, as read_image() does. Call check_png_chunks() before. Throws InputError "FILE:
-/// reason".
+/// Reads a file that begins as a PNG file, as read_image() does. Throws InputError "FILE: reason".
 ImageFile read_png(const std::string& path);
-
-/// Throws InputError "FILE: reason" for a PNG file that is truncated or has a chunk with a wrong
-/// checksum. The library would find such errors too, but prints lines of its own. Accepts all other
-/// files.
-///
-/// Format: https://www.w3.org/TR/png-3/#5Chunk-layout
-void check_png_chunks(const std::filesystem::path& path);
 
 /// Throws InputError "FILE: reason" if a picture has no pixels, or too many pixels or channels.
 /// `channels` is the number of all channels, including R, G and B. Each takes four bytes per pixel.

@@ -312,10 +312,7 @@ ImageFile read_image(const fs::path& path) {
       check_exr_attributes(path);
       return exr_codec().read(path.string());
     }
-    if (format == Format::png) {
-      check_png_chunks(path);
-      return read_png(path.string());
-    }
+    if (format == Format::png) return read_png(path.string());
     if (!has_image_codec()) {
       throw InputError(path.string() +
                        ": is neither EXR nor PNG, and this ParRay has no OpenImageIO, which reads "

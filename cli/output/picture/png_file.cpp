@@ -13,7 +13,6 @@
 #include <fstream>
 #include <memory>
 #include <span>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -203,9 +202,51 @@ void set_linear(const std::uint8_t* bytes, std::size_t stride, Image& image) {
   }
 }
 
+/// Throws InputError "FILE: reason" for a PNG file that is truncated or has a chunk with a wrong
+/// checksum. The library would find such errors too, but prints lines of its own.
+///
+/// Format: https://www.w3.org/TR/png-3/#5Chunk-layout
+void check_chunks(const std::string& path) {
+  constexpr std::size_t signature = 8;
+  constexpr std::size_t around = 12;  // length, type and checksum
+  std::ifstream in(path, std::ios::binary);
+  in.seekg(signature);
+  const auto refuse = [&](const char* reason) {
+    throw InputError(path + ": " + reason + ": copy or render it again");
+  };
+  std::error_code error;
+  std::uint64_t left = std::filesystem::file_size(path, error) - signature;
+  if (error) return;  // the size of the file is unknown
+  const auto next = [&in](std::span<unsigned char> bytes) {
+    in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  };
+  std::vector<unsigned char> block(std::size_t{1} << 16);
+  for (;;) {
+    if (left < around) refuse("the PNG file is truncated");
+    std::array<unsigned char, 8> begin{};
+    next(begin);
+    std::uint64_t data = png_get_uint_32(begin.data());
+    if (data > left - around) refuse("the PNG file is truncated");
+    left -= data + around;
+    uLong sum = crc32(0, begin.data() + 4, 4);
+    while (data > 0) {
+      const auto part = std::span(block).first(std::min<std::uint64_t>(data, block.size()));
+      next(part);
+      sum = crc32(sum, part.data(), static_cast<uInt>(part.size()));
+      data -= part.size();
+    }
+    std::array<unsigned char, 4> end{};
+    next(end);
+    if (!in) refuse("the PNG file cannot be read");
+    if (png_get_uint_32(end.data()) != sum) refuse("the PNG file is damaged");
+    if (std::memcmp(begin.data() + 4, "IEND", 4) == 0) return;
+  }
+}
+
 }  // namespace
 
 ImageFile read_png(const std::string& path) {
+  check_chunks(path);
   const auto refuse = [&](const std::string& reason) { throw InputError(path + ": " + reason); };
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(path.c_str(), "rbe"),
                                                                std::fclose);
@@ -254,47 +295,6 @@ std::string write_png(const std::string& file, const Image& image, const ImageMe
     }
   }
   return writer.finish();
-}
-
-void check_png_chunks(const std::filesystem::path& path) {
-  constexpr std::string_view signature{"\x89PNG\r\n\x1a\n"};
-  constexpr std::size_t around = 12;  // length, type and checksum
-  std::ifstream in(path, std::ios::binary);
-  std::array<char, signature.size()> head{};
-  if (!in.read(head.data(), head.size()) ||
-      std::string_view(head.data(), head.size()) != signature) {
-    return;
-  }
-  const auto refuse = [&](const char* reason) {
-    throw InputError(path.string() + ": " + reason + ": copy or render it again");
-  };
-  std::error_code error;
-  std::uint64_t left = std::filesystem::file_size(path, error) - signature.size();
-  if (error) return;  // the size of the file is unknown
-  const auto next = [&in](std::span<unsigned char> bytes) {
-    in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  };
-  std::vector<unsigned char> block(std::size_t{1} << 16);
-  for (;;) {
-    if (left < around) refuse("the PNG file is truncated");
-    std::array<unsigned char, 8> begin{};
-    next(begin);
-    std::uint64_t data = png_get_uint_32(begin.data());
-    if (data > left - around) refuse("the PNG file is truncated");
-    left -= data + around;
-    uLong sum = crc32(0, begin.data() + 4, 4);
-    while (data > 0) {
-      const auto part = std::span(block).first(std::min<std::uint64_t>(data, block.size()));
-      next(part);
-      sum = crc32(sum, part.data(), static_cast<uInt>(part.size()));
-      data -= part.size();
-    }
-    std::array<unsigned char, 4> end{};
-    next(end);
-    if (!in) refuse("the PNG file cannot be read");
-    if (png_get_uint_32(end.data()) != sum) refuse("the PNG file is damaged");
-    if (std::memcmp(begin.data() + 4, "IEND", 4) == 0) return;
-  }
 }
 
 }  // namespace parray::picture

@@ -132,19 +132,23 @@ class Outliner {
     return {film, {0, 0, 1}};
   }
 
+  /// Calls `use` with the sphere in each pixel of the picture up to `reach` pixels away.
+  void around(int x, int y, int reach, const auto& use) const {
+    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height_ - 1); ++v) {
+      for (int u = std::max(x - reach, 0); u <= std::min(x + reach, width_ - 1); ++u) use(at(u, v));
+    }
+  }
+
   /// Collects the spheres that are seen up to `reach` pixels away, without repetition.
   void collect(int x, int y, int reach, std::vector<std::uint32_t>& near) const {
     near.clear();
-    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height_ - 1); ++v) {
-      for (int u = std::max(x - reach, 0); u <= std::min(x + reach, width_ - 1); ++u) {
-        const std::uint32_t number = at(u, v);
-        if (is_background(number)) continue;
-        if (near.empty() ||
-            (near.back() != number && std::ranges::find(near, number) == near.end())) {
-          near.push_back(number);
-        }
+    around(x, y, reach, [&](std::uint32_t number) {
+      if (is_background(number)) return;
+      if (near.empty() ||
+          (near.back() != number && std::ranges::find(near, number) == near.end())) {
+        near.push_back(number);
       }
-    }
+    });
   }
 
   /// Computes the silhouette from the first terms of Taylor's series. It is precise enough some
@@ -166,11 +170,7 @@ class Outliner {
 
   /// Calls `use` with the sphere in the pixel of a point and in its neighbours inside the picture.
   void around(const Point& point, const auto& use) const {
-    const int x = static_cast<int>(std::floor(point.x));
-    const int y = static_cast<int>(std::floor(point.y));
-    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height_ - 1); ++v) {
-      for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width_ - 1); ++u) use(at(u, v));
-    }
+    around(static_cast<int>(std::floor(point.x)), static_cast<int>(std::floor(point.y)), 1, use);
   }
 
   /// Returns the distance in depth from the silhouette, at `depth`, to what is visible beside it.
@@ -227,16 +227,13 @@ std::vector<char> grown(const std::vector<char>& marks, int width, int height, i
   std::vector<char> out(marks.size());
   const auto spread = [reach](const std::vector<char>& from, std::vector<char>& to,
                               std::size_t start, std::size_t stride, int count) {
-    int left = 0;  // number of places still within reach of the last mark
-    const auto place = [&](int i) { return start + static_cast<std::size_t>(i) * stride; };
-    for (int i = 0; i < count; ++i) {
-      left = from[place(i)] != 0 ? reach + 1 : left - 1;
-      if (left > 0) to[place(i)] = 1;
-    }
-    left = 0;
-    for (int i = count - 1; i >= 0; --i) {
-      left = from[place(i)] != 0 ? reach + 1 : left - 1;
-      if (left > 0) to[place(i)] = 1;
+    for (const bool forward : {true, false}) {
+      int left = 0;  // number of places still within reach of the last mark
+      for (int i = 0; i < count; ++i) {
+        const auto place = static_cast<std::size_t>(forward ? i : count - 1 - i);
+        left = from[start + place * stride] != 0 ? reach + 1 : left - 1;
+        if (left > 0) to[start + place * stride] = 1;
+      }
     }
   };
   const auto row = static_cast<std::size_t>(width);
