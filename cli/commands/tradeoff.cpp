@@ -10,7 +10,6 @@
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/printing.h"
-#include "cli/measure/tradeoff/plots.h"
 #include "cli/measure/tradeoff/session.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/processor.h"

@@ -44,7 +44,8 @@ void denoise_again(DenoisedSoFar& so_far, const Replicates& replicates,
   const std::uint32_t traced = std::min(*std::ranges::min_element(counts), own_feature_samples);
   if (so_far.least != traced) {
     so_far.features =
-        trace_features(tracer, *extra.scene, extra.settings, traced, extra.threads, between_bands);
+        trace_features(tracer, *steady_tracer(tracer, *extra.scene, extra.settings), *extra.scene,
+                       extra.settings, traced, extra.threads, between_bands);
     so_far.least = traced;
   }
   const Isa isa = runs_on_this_machine(extra.settings->isa) ? extra.settings->isa : Isa::automatic;
@@ -157,8 +158,6 @@ ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& s
 ExtraChannels extra_channels(const OutputPaths& outputs) {
   return extra_channels(outputs, RenderSettings{}, nullptr, 1);
 }
-
-bool wants_statistics(const Aovs& aovs) { return std::ranges::any_of(aovs, is_statistic); }
 
 std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id) {
   auto accelerator = extra.accelerators->find(scene_id, extra.settings);

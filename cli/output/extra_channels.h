@@ -51,9 +51,6 @@ ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& s
 /// that the outputs do not need it.
 ExtraChannels extra_channels(const OutputPaths& outputs);
 
-/// Returns whether the channels need the statistics of the picture.
-bool wants_statistics(const Aovs& aovs);
-
 /// Adds channel `samples` if pixels have different numbers of samples and the channel is missing.
 /// Without it, the picture could not be traced again.
 void add_sample_counts(Picture& picture);

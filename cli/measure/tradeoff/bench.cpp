@@ -60,8 +60,8 @@ DenoisedRender Bench::denoise(const RenderSettings& settings, const DirectRender
   }
   const auto tracer = make_path_tracer(accelerator_for(settings), scene_.camera, settings);
   const Effort began = effort_now();
-  const Features features =
-      trace_features(*tracer, scene_, settings, samples, threads_, check_interrupted);
+  const Features features = trace_features(*tracer, *steady_tracer(*tracer, scene_, settings),
+                                           scene_, settings, samples, threads_, check_interrupted);
   Denoised denoised =
       denoise::denoise(replicates_of(state), features, threads_, settings.isa, check_interrupted);
   return {std::move(denoised), effort_now() - began};

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/measure/tradeoff/analysis.h"
@@ -106,5 +109,28 @@ std::string intervals_csv_of(const TradeoffResults& results);
 nlohmann::json json_of(const TradeoffResults& results);
 /// Returns the tables for people, without the answer.
 std::string text_of(const TradeoffResults& results);
+
+// Plots of these tables in the directory DIR of measurements. The program contains their scripts
+// for gnuplot.
+/// A file plots/NAME.gp of the source. CMake writes plot_scripts.cpp, which contains their texts.
+struct PlotScript {
+  std::string_view name;
+  std::string_view text;
+};
+extern const std::array<PlotScript, 7> plot_scripts;
+
+/// Returns the line below each plot: the scene, the machine, the version and the date.
+std::string caption_of(const TradeoffResults& results);
+
+/// Writes gnuplot's scripts to DIR/plots. `directory` is DIR. The scripts read DIR/tradeoff.csv,
+/// farms.csv and intervals.csv and draw {convergence,front,budget,coverage,farms}.{svg,pdf,png} (in
+/// DIR/plots: `gnuplot front.gp`). Throws RunError if a file cannot be written.
+void write_plot_scripts(const TradeoffResults& results, const std::filesystem::path& directory);
+
+/// Runs gnuplot on the scripts, at most 60 s for each. Looks for gnuplot in the directories of
+/// `path` ("/usr/bin:/bin"). Returns a message for the user if a plot is missing. Throws
+/// Interrupted.
+std::optional<std::string> draw_plots(const std::filesystem::path& directory,
+                                      const std::string& path);
 
 }  // namespace parray::tradeoff

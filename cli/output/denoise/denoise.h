@@ -99,16 +99,12 @@ inline constexpr std::uint32_t few_steady_samples = 8;
 inline constexpr std::uint32_t many_steady_samples = 64;
 
 /// Traces the features of a picture. `tracer` is the tracer of the picture, made from `scene` and
-/// `settings`. `samples`: the number of samples of the pixel that has the fewest; it must be at
-/// least 2. `threads`: at least 1; the result is the same for any number. Calls `between_bands`, if
-/// set, in the calling thread before each band of rows, several times a second. If `between_bands`
-/// throws, the function stops and rethrows the exception.
-Features trace_features(const PathTracer& tracer, const Scene& scene,
-                        const RenderSettings& settings, std::uint32_t samples, int threads,
-                        const std::function<void()>& between_bands = {});
-
-/// Does the same with a given tracer for the steady features: the result of steady_tracer(). If
-/// `tracer` traces only a part of the picture (PartOfPicture), `steady` must trace the same part.
+/// `settings`. `steady` traces the steady features: the result of steady_tracer(). If `tracer`
+/// traces only a part of the picture (PartOfPicture), `steady` must trace the same part. `samples`:
+/// the number of samples of the pixel that has the fewest; it must be at least 2. `threads`: at
+/// least 1; the result is the same for any number. Calls `between_bands`, if set, in the calling
+/// thread before each band of rows, several times a second. If `between_bands` throws, the function
+/// stops and rethrows the exception.
 Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands = {});

@@ -230,13 +230,6 @@ std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene&
   return make_path_tracer(tracer.accelerator(), scene.camera, other);
 }
 
-Features trace_features(const PathTracer& tracer, const Scene& scene,
-                        const RenderSettings& settings, std::uint32_t samples, int threads,
-                        const std::function<void()>& between_bands) {
-  return trace_features(tracer, *steady_tracer(tracer, scene, settings), scene, settings, samples,
-                        threads, between_bands);
-}
-
 Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands) {

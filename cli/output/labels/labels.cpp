@@ -52,10 +52,6 @@ void set_title(Legend& legend, const LabelSettings& settings) {
   legend.unit.clear();
 }
 
-double scale_bar_length(double pixels_per_unit, double most_pixels) {
-  return round_below(most_pixels / pixels_per_unit);
-}
-
 Labels::Labels(LabelContent content)
     : content_(std::move(content)),
       width_(content_.width),
@@ -126,7 +122,7 @@ double Labels::longest_bar() const {
 void Labels::add_scale_bar() {
   font_.check(unit(), "--unit");
   const double pixels_per_unit = film_.pixels_per_unit(film_.distance());
-  const double length = scale_bar_length(pixels_per_unit, longest_bar());
+  const double length = round_below(longest_bar() / pixels_per_unit);
   blocks_.push_back(scale_bar(length, length * pixels_per_unit));
 }
 
@@ -142,7 +138,7 @@ double Labels::widest_bar() const {
   const double pixels_per_unit = film_.pixels_per_unit(film_.distance());
   double widest = 0;
   for (const double smaller : {1.0, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0}) {
-    const double length = scale_bar_length(pixels_per_unit / smaller, longest_bar());
+    const double length = round_below(longest_bar() / (pixels_per_unit / smaller));
     widest = std::max(widest, scale_bar(length, longest_bar()).width);
   }
   return widest;

@@ -38,10 +38,6 @@ double dots_per_inch(const LabelSettings& settings, double width);
 /// the unit of the settings, if they have one. A blank unit means no unit.
 void set_title(Legend& legend, const LabelSettings& settings);
 
-/// Returns the length of a scale bar in the scene's unit: the largest round length (round_below())
-/// that takes at most `most_pixels`.
-double scale_bar_length(double pixels_per_unit, double most_pixels);
-
 /// The labels of a picture with their places. They are made before tracing, so that errors come
 /// early. They are drawn after tracing.
 class Labels {
