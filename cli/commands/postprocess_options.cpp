@@ -8,7 +8,6 @@
 #include "cli/commands/setting_options.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/transparency.h"
-#include "cli/output/postprocess/depth_cue.h"
 #include "cli/output/postprocess/outline.h"
 #include "cli/output/recipe.h"
 #include "common/base/cpu_count.h"

@@ -13,7 +13,6 @@
 #include "cli/commands/printing.h"
 #include "cli/commands/time_reserve.h"
 #include "cli/input/particles/packed_file.h"
-#include "cli/output/display.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/recipe.h"
 #include "common/adaptive/rounding_limit.h"
@@ -247,7 +246,7 @@ void check_request(const RenderRequest& request) {
 PreparedRender prepare(const RenderRequest& request) {
   check_request(request);
   check_outputs(request.output.paths(request.following), request.scene);
-  Display::check(request.following.display);
+  check_display(request.following.display);
   RenderOptions options = request.render;
   if (request.view) options.auto_scene().look_from(*request.view);
   LoadedSubmission loaded = load_submission(request.mode, request.scene, options, request.priority);

@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "cli/input/particles/packed_file.h"
-#include "cli/output/error_text.h"
 #include "cli/output/progress.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"

@@ -10,7 +10,6 @@
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/printing.h"
-#include "cli/measure/tradeoff/plots.h"
 #include "cli/measure/tradeoff/session.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/processor.h"
@@ -170,8 +169,8 @@ int run(const TradeoffCommand& command) {
   tradeoff::TradeoffResults results;
   try {
     Meter meter(command);
-    tradeoff::Session session(request, bench, log, [&](double done) { meter.show(done); });
-    results = session.measure();
+    results =
+        tradeoff::measure_tradeoff(request, bench, log, [&](double done) { meter.show(done); });
     meter.end();
   } catch (const Interrupted&) {
     throw Interrupted("interrupted: the same command continues with the measurements in " +

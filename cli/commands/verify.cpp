@@ -11,7 +11,7 @@
 #include "cli/commands/loading.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
-#include "cli/output/denoising.h"
+#include "cli/output/extra_channels.h"
 #include "cli/output/picture/transparency.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"

@@ -17,7 +17,7 @@ struct WatchCommand {
 
 int watch(const WatchCommand& command) {
   if (!command.following.preview.empty()) check_image_path(command.following.preview);
-  Display::check(command.following.display);
+  check_display(command.following.display);
   FarmClient client(command.farm);
   wait_until_done(*client, command.job, command.following);
   return 0;

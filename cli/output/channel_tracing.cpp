@@ -16,27 +16,6 @@ namespace {
 /// Depth of pixels whose rays meet no surface.
 constexpr double no_surface = std::numeric_limits<double>::infinity();
 
-/// Three channels for the components of a vector, filled pixel by pixel.
-class VectorPlanes {
- public:
-  VectorPlanes(bool wanted, std::size_t pixels) {
-    for (auto& plane : planes_) plane.resize(wanted ? pixels : 0);
-  }
-  void set(std::size_t pixel, const Vec3d& v) {
-    planes_[0][pixel] = static_cast<float>(v.x);
-    planes_[1][pixel] = static_cast<float>(v.y);
-    planes_[2][pixel] = static_cast<float>(v.z);
-  }
-  void move_to(Channels& channels, const std::array<const char*, 3>& names) {
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
-      channels.push_back({names[i], std::move(planes_[i])});
-    }
-  }
-
- private:
-  std::array<std::vector<float>, 3> planes_;
-};
-
 /// The channels of a picture. Pixels are independent: threads share no pixel.
 class ChannelPlanes {
  public:
@@ -46,13 +25,14 @@ class ChannelPlanes {
       : tracer_(tracer),
         scene_(scene),
         samples_{0, std::min(settings.samples_per_pixel, channel_samples)},
-        forward_(normalize(scene.camera.look_at - scene.camera.look_from)),
-        wanted_(wanted),
-        normal_(wants(Aov::normal), pixels),
-        albedo_(wants(Aov::albedo), pixels) {
-    depth_.resize(wants(Aov::depth) ? pixels : 0);
-    sphere_.resize(wants(Aov::sphere) ? pixels : 0);
-    cost_.resize(wants(Aov::cost) ? pixels : 0);
+        forward_(normalize(scene.camera.look_at - scene.camera.look_from)) {
+    if (wanted.contains(Aov::depth)) depth_ = added<float>("Z", pixels);
+    if (wanted.contains(Aov::normal)) normal_ = added_vector({"N.X", "N.Y", "N.Z"}, pixels);
+    if (wanted.contains(Aov::albedo)) {
+      albedo_ = added_vector({"albedo.R", "albedo.G", "albedo.B"}, pixels);
+    }
+    if (wanted.contains(Aov::sphere)) sphere_ = added<std::uint32_t>("sphere", pixels);
+    if (wanted.contains(Aov::cost)) cost_ = added<float>("cost", pixels);
   }
 
   [[nodiscard]] std::uint32_t samples() const { return samples_.count(); }
@@ -61,30 +41,40 @@ class ChannelPlanes {
   /// belongs to the calling thread.
   void fill(const PixelRun& run, std::size_t first, std::vector<FirstHit>& scratch) {
     const std::uint32_t count = run.x_end - run.x_begin;
-    if (wants(Aov::depth) || wants(Aov::normal) || wants(Aov::albedo) || wants(Aov::sphere)) {
+    if (depth_ != nullptr || normal_[0] != nullptr || albedo_[0] != nullptr || sphere_ != nullptr) {
       scratch.resize(std::size_t{count} * samples());
       tracer_.first_hits(run, samples_, scratch);
       for (std::uint32_t i = 0; i < count; ++i) {
         fill_pixel(first + i, std::span(scratch).subspan(std::size_t{i} * samples(), samples()));
       }
     }
-    for (std::uint32_t i = 0; wants(Aov::cost) && i < count; ++i) {
+    for (std::uint32_t i = 0; cost_ != nullptr && i < count; ++i) {
       fill_cost(first + i, {run.y, run.x_begin + i, run.x_begin + i + 1});
     }
   }
 
-  Channels take() {
-    Channels channels;
-    if (wants(Aov::depth)) channels.push_back({"Z", std::move(depth_)});
-    if (wants(Aov::normal)) normal_.move_to(channels, {"N.X", "N.Y", "N.Z"});
-    if (wants(Aov::albedo)) albedo_.move_to(channels, {"albedo.R", "albedo.G", "albedo.B"});
-    if (wants(Aov::sphere)) channels.push_back({"sphere", std::move(sphere_)});
-    if (wants(Aov::cost)) channels.push_back({"cost", std::move(cost_)});
-    return channels;
-  }
+  Channels take() { return std::move(channels_); }
 
  private:
-  [[nodiscard]] bool wants(Aov aov) const { return wanted_.contains(aov); }
+  using VectorPlanes = std::array<float*, 3>;
+
+  /// Adds a channel. Returns its values, which stay where they are.
+  template <typename Value>
+  Value* added(const char* name, std::size_t pixels) {
+    channels_.push_back({name, std::vector<Value>(pixels)});
+    return std::get<std::vector<Value>>(channels_.back().values).data();
+  }
+  VectorPlanes added_vector(const std::array<const char*, 3>& names, std::size_t pixels) {
+    return {added<float>(names[0], pixels), added<float>(names[1], pixels),
+            added<float>(names[2], pixels)};
+  }
+
+  static void set(const VectorPlanes& planes, std::size_t pixel, const Vec3d& v) {
+    if (planes[0] == nullptr) return;
+    planes[0][pixel] = static_cast<float>(v.x);
+    planes[1][pixel] = static_cast<float>(v.y);
+    planes[2][pixel] = static_cast<float>(v.z);
+  }
 
   void fill_pixel(std::size_t pixel, std::span<const FirstHit> hits) {
     double depth = 0;
@@ -99,10 +89,10 @@ class ChannelPlanes {
       albedo = albedo + scene_.material_of(hit.shape).albedo;
     }
     const double share = 1.0 / samples();
-    if (wants(Aov::depth)) depth_[pixel] = static_cast<float>(met > 0 ? depth / met : no_surface);
-    if (wants(Aov::normal)) normal_.set(pixel, share * normal);
-    if (wants(Aov::albedo)) albedo_.set(pixel, share * albedo);
-    if (wants(Aov::sphere)) sphere_[pixel] = hits.front().shape;
+    if (depth_ != nullptr) depth_[pixel] = static_cast<float>(met > 0 ? depth / met : no_surface);
+    set(normal_, pixel, share * normal);
+    set(albedo_, pixel, share * albedo);
+    if (sphere_ != nullptr) sphere_[pixel] = hits.front().shape;
   }
 
   void fill_cost(std::size_t pixel, const PixelRun& run) {
@@ -116,12 +106,13 @@ class ChannelPlanes {
   const Scene& scene_;
   SampleRange samples_;
   Vec3d forward_;
-  const Aovs& wanted_;
-  std::vector<float> depth_;
-  VectorPlanes normal_;
-  VectorPlanes albedo_;
-  std::vector<std::uint32_t> sphere_;
-  std::vector<float> cost_;
+  Channels channels_;
+  // The values of the channels; null: not wanted.
+  float* depth_ = nullptr;
+  VectorPlanes normal_{};
+  VectorPlanes albedo_{};
+  std::uint32_t* sphere_ = nullptr;
+  float* cost_ = nullptr;
 };
 
 /// Samples of a piece of work, about a millisecond.
@@ -188,15 +179,13 @@ std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const Render
                                           std::span<const std::uint32_t> samples, int threads,
                                           const std::function<void()>& between_bands) {
   std::vector<SkySamples> sky(std::size_t{settings.width} * settings.height);
-  std::uint64_t mean = settings.samples_per_pixel;
-  if (!samples.empty()) {
-    mean = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0}) / samples.size();
-  }
+  const std::uint64_t mean =
+      std::accumulate(samples.begin(), samples.end(), std::uint64_t{0}) / samples.size();
   const auto trace = [&, ranges = std::vector<SampleRange>()](const PixelRun& run) mutable {
     const std::size_t first = std::size_t{run.y} * settings.width + run.x_begin;
-    ranges.assign(run.x_end - run.x_begin, {0, settings.samples_per_pixel});
-    for (std::size_t i = 0; !samples.empty() && i < ranges.size(); ++i) {
-      ranges[i].end = samples[first + i];
+    ranges.clear();
+    for (const std::uint32_t count : samples.subspan(first, run.x_end - run.x_begin)) {
+      ranges.push_back({0, count});
     }
     tracer.add_sky_samples(run, RunSamples(ranges), std::span(sky).subspan(first, ranges.size()));
   };

@@ -46,8 +46,8 @@ Channels trace_channels(const PathTracer& tracer, const Scene& scene,
 
 /// Returns, for each pixel in image order, the samples whose camera rays hit the background: their
 /// number and the sum of their radiance. Traces only camera rays. `samples` is the number of
-/// samples of each pixel in image order; empty: settings.samples_per_pixel. The result is the same
-/// for any number of `threads`, accelerator and instruction set. For `between_bands` see above.
+/// samples of each pixel in image order. The result is the same for any number of `threads`,
+/// accelerator and instruction set. For `between_bands` see above.
 std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const RenderSettings& settings,
                                           std::span<const std::uint32_t> samples, int threads,
                                           const std::function<void()>& between_bands = {});

@@ -27,70 +27,61 @@ constexpr std::string_view unknown = "unknown";
 
 Vec3d vec_of(const Colour& colour) { return {colour[0], colour[1], colour[2]}; }
 
-/// Layout of the legend below the map, in pixels. Sizes depend on the size of the letters.
-struct LegendPlaces {
-  explicit LegendPlaces(const Font& font) : em(font.size()) {
-    const double line = font.cap_height();
-    title_baseline = margin() + line;
-    bar_top = title_baseline + gap();
-    values_baseline = bar_top + bar_height() + gap() + line;
-    height = values_baseline + margin();
-    width = 2 * margin() + font.width(title) + 4 * gap() + em + font.width(unknown);
-  }
-  [[nodiscard]] double margin() const { return 0.5 * em; }
-  [[nodiscard]] double gap() const { return 0.4 * em; }
-  [[nodiscard]] double bar_height() const { return em; }
-
-  double em;
-  double title_baseline, bar_top, values_baseline;
-  double width, height;
-};
-
-/// Draws the legend over the whole width, from row `top` on.
-class LegendDrawing {
+/// The legend below the map. Sizes are in pixels and depend on the size of the letters.
+class MapLegend {
  public:
-  LegendDrawing(Image& image, const Font& font, const LegendPlaces& places, double top)
-      : canvas_(image, opaque_), font_(font), places_(places), top_(top) {}
+  explicit MapLegend(const Font& font) : font_(font) {}
 
-  void draw(const ErrorScale& scale) {
-    const double left = places_.margin();
-    const double right = canvas_.width() - left;
-    write(left, places_.title_baseline, title);
+  [[nodiscard]] double width() const {
+    return 2 * margin() + font_.width(title) + 4 * gap() + em() + font_.width(unknown);
+  }
+  [[nodiscard]] double height() const { return values_baseline() + margin(); }
+
+  /// Draws over the whole width, from row `top` on.
+  void draw(Image& image, double top, const ErrorScale& scale) const {
+    std::vector<float> opaque;
+    Canvas canvas(image, opaque);
+    const auto write = [&](double x, double baseline, std::string_view text) {
+      Coverage letters(Box{x, top + baseline - em(), font_.width(text) + 1, 1.5 * em()}.grown(1));
+      font_.draw(letters, {x, top + baseline}, text);
+      canvas.paint(letters, vec_of(ink));
+    };
+    const auto fill = [&](Box box, const Colour& colour) {
+      box.y += top;
+      Coverage inside(box);
+      inside.add(box);
+      canvas.paint(inside, vec_of(colour));
+    };
+    const double left = margin();
+    const double right = canvas.width() - left;
+    write(left, title_baseline(), title);
     const double word = right - font_.width(unknown);
-    write(word, places_.title_baseline, unknown);
+    write(word, title_baseline(), unknown);
     const double side = font_.cap_height();
-    fill({word - places_.gap() - side, places_.title_baseline - side, side, side}, unknown_colour);
+    fill({word - gap() - side, title_baseline() - side, side, side}, unknown_colour);
     // Fills whole pixels, because two half-covered pixels would show the background.
     for (int column = static_cast<int>(std::floor(left)); column < right; ++column) {
       const double x = column;
       const double share = std::clamp((x - left) / (right - left), 0.0, 1.0);
-      fill({x, places_.bar_top, 1, places_.bar_height()}, error_colour(share));
+      fill({x, bar_top(), 1, em()}, error_colour(share));
     }
     for (const double share : {0.0, 0.5, 1.0}) {
       const std::string value = formatted("%.2g", scale.at(share));
-      write(left + share * (right - left - font_.width(value)), places_.values_baseline, value);
+      write(left + share * (right - left - font_.width(value)), values_baseline(), value);
     }
   }
 
  private:
-  void write(double x, double baseline, std::string_view text) {
-    Coverage letters(
-        Box{x, top_ + baseline - font_.size(), font_.width(text) + 1, 1.5 * font_.size()}.grown(1));
-    font_.draw(letters, {x, top_ + baseline}, text);
-    canvas_.paint(letters, vec_of(ink));
-  }
-  void fill(Box box, const Colour& colour) {
-    box.y += top_;
-    Coverage inside(box);
-    inside.add(box);
-    canvas_.paint(inside, vec_of(colour));
+  [[nodiscard]] double em() const { return font_.size(); }
+  [[nodiscard]] double margin() const { return 0.5 * em(); }
+  [[nodiscard]] double gap() const { return 0.4 * em(); }
+  [[nodiscard]] double title_baseline() const { return margin() + font_.cap_height(); }
+  [[nodiscard]] double bar_top() const { return title_baseline() + gap(); }
+  [[nodiscard]] double values_baseline() const {
+    return bar_top() + em() + gap() + font_.cap_height();
   }
 
-  std::vector<float> opaque_;
-  Canvas canvas_;
   const Font& font_;
-  const LegendPlaces& places_;
-  double top_;
 };
 
 /// Returns an image of one colour.
@@ -137,10 +128,10 @@ Colour error_colour(double share) {
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale) {
   const std::size_t height = half_widths.size() / width;
   const Font font(error_map_letters(width));
-  const LegendPlaces places(font);
-  const auto below = static_cast<std::size_t>(std::ceil(places.height));
+  const MapLegend legend(font);
+  const auto below = static_cast<std::size_t>(std::ceil(legend.height()));
   const auto total =
-      std::max<std::size_t>(width, static_cast<std::size_t>(std::ceil(places.width)));
+      std::max<std::size_t>(width, static_cast<std::size_t>(std::ceil(legend.width())));
   Image map = sheet(total, height + below, background);
   for (std::size_t i = 0; i < half_widths.size(); ++i) {
     const float value = half_widths[i];
@@ -148,7 +139,7 @@ Image error_map(std::span<const float> half_widths, std::uint32_t width, const E
     const std::size_t at = i / width * total + i % width;
     std::ranges::copy(colour, map.rgb.begin() + static_cast<std::ptrdiff_t>(3 * at));
   }
-  LegendDrawing(map, font, places, static_cast<double>(height)).draw(scale);
+  legend.draw(map, static_cast<double>(height), scale);
   return map;
 }
 

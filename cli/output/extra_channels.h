@@ -1,9 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "cli/output/picture/image_file.h"
 #include "cli/output/picture/picture.h"
+#include "common/adaptive/passes.h"
 #include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/path_tracer.h"
 #include "worker/accelerator_cache.h"
@@ -22,7 +25,7 @@ struct ExtraChannels {
   int threads = 1;                     ///< threads that trace and denoise
   /// Channels that postprocessing needs. They are traced like `aovs`, but no file contains them.
   Aovs for_postprocessing{};
-  bool denoise = false;      ///< denoise the picture (cli/output/denoising.h); needs the scene
+  bool denoise = false;  ///< denoise the picture (cli/output/denoise/denoise.h); needs the scene
   bool transparent = false;  ///< remove the background; needs the scene
   /// Accelerators for reuse: those of a farm in this process, if there is one.
   std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>();
@@ -48,21 +51,36 @@ ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& s
 /// that the outputs do not need it.
 ExtraChannels extra_channels(const OutputPaths& outputs);
 
-/// Returns whether the channels need the statistics of the picture.
-bool wants_statistics(const Aovs& aovs);
-
 /// Adds channel `samples` if pixels have different numbers of samples and the channel is missing.
 /// Without it, the picture could not be traced again.
 void add_sample_counts(Picture& picture);
 
-/// First denoises the picture if requested, then removes the background if requested
-/// (cli/output/picture/transparency.h). After removal the image is premultiplied and channel A is
-/// alpha. The report then gets `seconds.transparent` and `transparent`: `image_sha256` of the
-/// premultiplied picture with alpha, and `covered`, the mean of alpha over all pixels. Last, adds
-/// the channels to the picture: traced ones and those from statistics. If there are any, the report
-/// gets `aovs`, the names of the written channels, `channel_samples` and `seconds.aovs`. Throws
-/// Interrupted (common/process/stop_signal.h), and RunError if the coordinator has not sent what
-/// denoising or the removal needs.
+/// Prefix of the EXR channels that contain the picture before denoising.
+inline constexpr const char* raw_channel = "raw.";
+
+/// Returns the picture before denoising from the channels of an EXR file. Returns nothing if the
+/// channels are missing.
+std::optional<Image> raw_image(const ImageFile& file);
+
+/// Returns a function that denoises an unfinished picture and returns the error of the result. The
+/// function keeps the result in extra.denoised for add_channels(). `extra` must outlive the
+/// function. `scene_id`: SHA-256 of extra.scene.
+PictureJudge denoised_judge(ExtraChannels& extra, const std::string& scene_id);
+
+/// First denoises the picture if requested. The channels raw.R, raw.G, raw.B keep the picture
+/// before denoising. The report gets `denoised` (`rmse`, `low`, `high` and `image_sha256` of the
+/// denoised picture) and `seconds.denoise`. `image_sha256` and `error` still describe the picture
+/// before denoising. If a pixel has fewer than 2 samples, prints a warning instead. If
+/// extra.denoised has the result for the same number of samples, moves it from there instead of
+/// denoising again.
+///
+/// Then removes the background if requested (cli/output/picture/transparency.h). After removal the
+/// image is premultiplied and channel A is alpha. The report then gets `seconds.transparent` and
+/// `transparent`: `image_sha256` of the premultiplied picture with alpha, and `covered`, the mean
+/// of alpha over all pixels. Last, adds the channels to the picture: traced ones and those from
+/// statistics. If there are any, the report gets `aovs`, the names of the written channels,
+/// `channel_samples` and `seconds.aovs`. Throws Interrupted (common/process/stop_signal.h), and
+/// RunError if the coordinator has not sent what denoising or the removal needs.
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray::output

@@ -23,21 +23,15 @@ bool take(std::string_view& text, char sign) {
   return there;
 }
 
-}  // namespace
-
-FrameRange frame_range_from(std::string_view text) {
-  std::string_view rest = text;
+/// Returns the range "FIRST", "FIRST-LAST" or "FIRST-LAST:STEP", where `between` is the first sign.
+/// Returns nothing for other texts. Throws InputError for too many frames.
+std::optional<FrameRange> range_in(std::string_view text, char between) {
   FrameRange range;
-  bool good = take_number(rest, range.first);
+  bool good = take_number(text, range.first);
   range.last = range.first;
-  if (good && take(rest, '-')) good = take_number(rest, range.last);
-  if (good && take(rest, ':')) good = take_number(rest, range.step);
-  if (!good || !rest.empty() || range.last < range.first || range.step == 0) {
-    throw InputError("'" + printable(text) +
-                     "' is not a range of frames: write FRAME, FIRST-LAST or FIRST-LAST:STEP with "
-                     "numbers up to " +
-                     std::to_string(limits::max_frame));
-  }
+  if (good && take(text, between)) good = take_number(text, range.last);
+  if (good && take(text, ':')) good = take_number(text, range.step);
+  if (!good || !text.empty() || range.last < range.first || range.step == 0) return std::nullopt;
   if (range.count() > limits::max_frames) {
     throw InputError(std::to_string(range.count()) + " frames are more than the limit of " +
                      std::to_string(limits::max_frames) +
@@ -46,17 +40,19 @@ FrameRange frame_range_from(std::string_view text) {
   return range;
 }
 
+}  // namespace
+
+FrameRange frame_range_from(std::string_view text) {
+  if (const auto range = range_in(text, '-')) return *range;
+  throw InputError("'" + printable(text) +
+                   "' is not a range of frames: write FRAME, FIRST-LAST or FIRST-LAST:STEP with "
+                   "numbers up to " +
+                   std::to_string(limits::max_frame));
+}
+
 ChosenFrames chosen_frames_from(const std::string& text) {
   if (text == "all") return {};
-  const auto colons = std::ranges::count(text, ':');
-  const bool plain = text.find_first_not_of("0123456789:") == std::string::npos && colons <= 2;
-  std::string range = text;
-  if (colons > 0) range.at(range.find(':')) = '-';
-  try {
-    if (plain) return {frame_range_from(range)};
-  } catch (const InputError& error) {
-    if (std::string(error.what()).find("more than the limit") != std::string::npos) throw;
-  }
+  if (const auto range = range_in(text, ':')) return {range};
   throw InputError("'" + printable(text) +
                    "' is not a range of frames: use \"all\", \"7\", \"0:100\" (the frames 0 to "
                    "100) or \"0:100:5\" (every fifth of them)");

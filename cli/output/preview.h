@@ -7,7 +7,6 @@
 #include <string>
 
 #include "cli/farm/client.h"
-#include "cli/output/display.h"
 #include "common/image/image.h"
 #include "common/process/stop_signal.h"
 
@@ -47,6 +46,12 @@ class PreviewPace {
   bool shown_whole_ = false;
 };
 
+class Display;
+
+/// Throws InputError unless `address`, that of a viewer, is empty or HOST:PORT with a port above 0.
+/// The default port of tev is 14158.
+void check_display(const std::string& address);
+
 /// Updates a file and a viewer with the unfinished picture of a job. Each update replaces the file
 /// atomically, so that readers never see half a file. The caller writes the finished picture to the
 /// file.
@@ -58,12 +63,15 @@ class Preview {
   /// writing and passes through follow().
   explicit Preview(const ProgressOptions& options,
                    std::function<void()> while_writing = check_interrupted);
+  ~Preview();
+  Preview& operator=(Preview&&) = delete;
 
   [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }
 
   /// Writes the current picture if it is time. `partial` returns this picture, in which pixels
   /// without a sample have the colours of pixels near them. `clock` gives the current time. Throws
-  /// RunError if the file cannot be written. Ignores a viewer that does not answer: see Display.
+  /// RunError if the file cannot be written. Ignores a viewer that does not answer, except for
+  /// one line on stderr.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
   /// Shows the finished picture if a viewer has been sent an unfinished one.
   void finish(const Image& image);

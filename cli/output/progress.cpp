@@ -10,7 +10,6 @@
 #include <string_view>
 #include <utility>
 
-#include "cli/output/error_text.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 #include "coordinator/jobs/report.h"
@@ -120,24 +119,15 @@ JobStatus Progress::between_leases(Time now, const JobStatus& job) {
 
 void Progress::show(Time now, const JobStatus& reported) {
   const JobStatus job = between_leases(now, reported);
-  if (!started_) {
-    started_ = true;
-    // A log does not need a line before the first progress.
-    next_ = style_ == ProgressStyle::lines ? now + line_interval : now;
-  }
-  if (style_ == ProgressStyle::none || (now < next_ && !job.ended())) return;
-  if (style_ == ProgressStyle::bar) {
-    draw_bar(job);
-    next_ = now + bar_interval;
-    return;
-  }
-  if (style_ == ProgressStyle::json) {
-    out_ << progress_json(job) + "\n" << std::flush;
-    next_ = now + bar_interval;
-    return;
-  }
-  out_ << printable(job.name) + ": " + facts(job) + "\n" << std::flush;
-  next_ = now + line_interval;
+  const Time interval = style_ == ProgressStyle::lines ? line_interval : bar_interval;
+  // A log does not need a line before the first progress.
+  if (!next_) next_ = style_ == ProgressStyle::lines ? now + interval : now;
+  if (style_ == ProgressStyle::none || (now < *next_ && !job.ended())) return;
+  next_ = now + interval;
+  if (style_ == ProgressStyle::bar) return draw_bar(job);
+  const bool json = style_ == ProgressStyle::json;
+  out_ << (json ? progress_json(job) : printable(job.name) + ": " + facts(job)) + "\n"
+       << std::flush;
 }
 
 void Progress::draw_bar(const JobStatus& job) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -61,10 +62,9 @@ class Progress {
   const ProgressStyle style_;
   std::ostream& out_;
   const std::function<std::size_t()> columns_;
-  Time next_{};
-  JobStatus last_;  ///< state when progress, state or waits_for last changed
+  std::optional<Time> next_;  ///< when to show the job again
+  JobStatus last_;            ///< state when progress, state or waits_for last changed
   Time last_growth_{};
-  bool started_ = false;
   std::size_t drawn_ = 0;  ///< current length of the bar's line
 };
 

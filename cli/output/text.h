@@ -3,14 +3,19 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "common/rooms.h"
+#include "common/adaptive/error_estimate.h"
 
-/// Numbers and tables as text for people.
+namespace parray::farm {
+struct JobStatus;
+}
+
+/// Numbers, errors and tables as text for people.
 namespace parray::output {
 
 /// Does the same as std::snprintf, and returns at most 63 characters.
@@ -53,5 +58,19 @@ std::string table_text(const std::vector<std::string>& header,
 
 /// Returns "name   value" lines with aligned values. Ends with a newline.
 std::string list_text(const std::vector<std::pair<std::string, std::string>>& pairs);
+
+/// Returns RMSE and its confidence interval with three digits: "0.0094 (0.0092 to 0.0096)". Returns
+/// "" if they are unknown.
+std::string figures_text(const ErrorFigures& error);
+
+/// Returns the error in a report: "error 0.0094 (0.0092 to 0.0096)", or "error not known". For a
+/// denoised picture, the error before denoising follows.
+std::string error_text(const nlohmann::json& report);
+
+/// Returns the error of a job and its target: "error 0.021 of 0.01", where 0.021 is the upper end
+/// of the RMSE's confidence interval. For a target half-width: "half-width 0.1 of 0.05", where 0.1
+/// is the 99th percentile of the pixels' half-widths. Returns "" without a target, and while the
+/// error is unknown.
+std::string target_text(const JobStatus& job);
 
 }  // namespace parray::output

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "cli/output/error_map.h"
-#include "cli/output/error_text.h"
 #include "cli/output/extra_channels.h"
 #include "cli/output/labels/font.h"
 #include "cli/output/picture/image_file.h"
@@ -55,8 +54,8 @@ void print_summary(const json& report, const OutputPaths& outputs, double elapse
 
 PictureDetail OutputPaths::wanted_detail() const {
   if (denoise) return PictureDetail::replicates;
-  return wants_statistics(aovs) || !error_map.empty() ? PictureDetail::statistics
-                                                      : PictureDetail::image;
+  return std::ranges::any_of(aovs, is_statistic) || !error_map.empty() ? PictureDetail::statistics
+                                                                       : PictureDetail::image;
 }
 
 bool OutputPaths::shows_postprocessing() const {

@@ -38,8 +38,8 @@ int run(int count, char** words) {
   constexpr int turns = 5;
   for (int turn = 0; turn < turns; ++turn) {
     const double began = bench::cpu_seconds();
-    const Features features =
-        trace_features(*tracer, scene, settings, settings.samples_per_pixel, 1);
+    const Features features = trace_features(*tracer, *steady_tracer(*tracer, scene, settings),
+                                             scene, settings, settings.samples_per_pixel, 1);
     const double traced = bench::cpu_seconds();
     denoised = denoise::denoise(replicates, features, 1, settings.isa);
     features_seconds.push_back(traced - began);

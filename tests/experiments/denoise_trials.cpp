@@ -50,7 +50,8 @@ Trial trial_of(const NoisyScene& scene, std::uint32_t samples, std::uint64_t see
   const auto tracer = make_path_tracer(scene.scene, settings);
   GrowingPicture picture(settings, largest_radiance(scene.scene));
   picture.trace(*tracer, std::vector<std::uint32_t>(picture.counts.size(), samples));
-  const Features features = trace_features(*tracer, scene.scene, settings, samples, 1);
+  const Features features = trace_features(*tracer, *steady_tracer(*tracer, scene.scene, settings),
+                                           scene.scene, settings, samples, 1);
   return {picture.means(), denoise::denoise(replicates_of(picture.state()), features, 1)};
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/measure/tradeoff/error_intervals.h"
+#include "cli/measure/tradeoff/analysis.h"
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/settings.h"

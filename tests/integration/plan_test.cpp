@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/measure/plan/effort.h"
 #include "cli/measure/plan/part_of_picture.h"
-#include "cli/measure/plan/pass_cost.h"
 #include "common/base/error.h"
 #include "common/scene/settings.h"
 #include "tests/support/rooms.h"

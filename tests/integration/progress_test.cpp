@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/output/error_text.h"
 #include "cli/output/text.h"
 #include "tests/support/rooms.h"
 

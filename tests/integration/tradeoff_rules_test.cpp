@@ -5,7 +5,6 @@
 
 #include "cli/measure/tradeoff/answer.h"
 #include "cli/measure/tradeoff/measurement_log.h"
-#include "cli/measure/tradeoff/plots.h"
 #include "cli/measure/tradeoff/reference.h"
 #include "cli/measure/tradeoff/tradeoff_results.h"
 #include "cli/output/processor.h"

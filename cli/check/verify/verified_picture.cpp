@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "cli/output/denoising.h"
+#include "cli/output/extra_channels.h"
 #include "cli/output/picture/srgb.h"
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"

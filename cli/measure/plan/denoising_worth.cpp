@@ -77,8 +77,7 @@ std::optional<Probed> probe_part(const PathTracer& tracer, const Scene& scene,
   const Denoised denoised = denoise::denoise(replicates_of(traced->state()), features, threads);
   const double took = (effort_now() - began).wall;
   const double samples = settings.samples_per_pixel;
-  const double all = static_cast<double>(whole.width) * whole.height;
-  const double times = all / (static_cast<double>(part.width()) * part.height());
+  const double times = static_cast<double>(pixel_count(whole)) / part.pixels();
   const double a_sample = std::max(traced->seconds, 1e-6) / samples;
   return Probed{{samples, estimate_rmse(traced->state()).rmse, denoised.rmse, took / a_sample},
                 a_sample * times};

@@ -36,6 +36,16 @@ constexpr std::array<double, 17> uneven{0,     0.407, 0.429, 0.612, 0.450, 0.618
                                         0.476, 0.491, 0.214, 0.514, 0.487, 0.482,
                                         0.267, 0.385, 0.330, 0.218, 0};
 
+/// Returns the samples per pixel that the next pass needs. `samples`: per pixel so far.
+double wanted(const TargetLaws& laws, double samples, double share, bool placed) {
+  const auto lacking = [&](double total) { return lacking_for_error(total, samples); };
+  const bool may_place = laws.placing_pays && samples >= pilot_samples;
+  const double even = lacking(samples / share);
+  if (!placed && (!may_place || even < samples / 2)) return even;
+  const ModelError& model = laws.placed.model();
+  return lacking(model.samples_for(model.at(samples) * std::sqrt(share)));
+}
+
 }  // namespace
 
 double even_points(double samples) {
@@ -166,20 +176,6 @@ double ErrorModel::relative_at(double samples) const {
 double UpperBound::of(double rmse, double samples) const {
   return std::sqrt(factor * rmse * rmse + unseen / samples);
 }
-
-namespace {
-
-/// Returns the samples per pixel that the next pass needs. `samples`: per pixel so far.
-double wanted(const TargetLaws& laws, double samples, double share, bool placed) {
-  const auto lacking = [&](double total) { return lacking_for_error(total, samples); };
-  const bool may_place = laws.placing_pays && samples >= pilot_samples;
-  const double even = lacking(samples / share);
-  if (!placed && (!may_place || even < samples / 2)) return even;
-  const ModelError& model = laws.placed.model();
-  return lacking(model.samples_for(model.at(samples) * std::sqrt(share)));
-}
-
-}  // namespace
 
 Forecast forecast_target(const TargetLaws& laws, double target, double most_samples) {
   Forecast now{std::min<double>(first_samples, most_samples), 0, 1, 0};

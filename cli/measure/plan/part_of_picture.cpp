@@ -53,15 +53,10 @@ PartOfPicture::PartOfPicture(const PathTracer& tracer, std::uint32_t width, std:
   row_ = stretches(height, high, down);
 }
 
-std::uint32_t PartOfPicture::side_by_side(std::uint32_t x, std::uint32_t end) const {
-  std::uint32_t next = x + 1;
-  while (next < end && column_[next] == column_[next - 1] + 1) ++next;
-  return next;
-}
-
 void PartOfPicture::for_stretches(const PixelRun& run, const auto& visit) const {
   for (std::uint32_t x = run.x_begin; x < run.x_end;) {
-    const std::uint32_t end = side_by_side(x, run.x_end);
+    std::uint32_t end = x + 1;  // of the columns that lie side by side in the picture
+    while (end < run.x_end && column_[end] == column_[end - 1] + 1) ++end;
     visit(PixelRun{row_[run.y], column_[x], column_[x] + (end - x)}, x - run.x_begin);
     x = end;
   }

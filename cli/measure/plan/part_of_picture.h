@@ -25,6 +25,7 @@ class PartOfPicture final : public PathTracer {
 
   [[nodiscard]] std::uint32_t width() const { return static_cast<std::uint32_t>(column_.size()); }
   [[nodiscard]] std::uint32_t height() const { return static_cast<std::uint32_t>(row_.size()); }
+  [[nodiscard]] double pixels() const { return static_cast<double>(width()) * height(); }
   /// Return the column or row in the picture, for each column or row of the part.
   [[nodiscard]] const std::vector<std::uint32_t>& columns() const { return column_; }
   [[nodiscard]] const std::vector<std::uint32_t>& rows() const { return row_; }
@@ -37,8 +38,6 @@ class PartOfPicture final : public PathTracer {
                        std::span<SkySamples> sky) const override;
 
  private:
-  /// Returns the end of the columns from x, at most `end`, that lie side by side in the picture.
-  [[nodiscard]] std::uint32_t side_by_side(std::uint32_t x, std::uint32_t end) const;
   /// Calls visit(run of the picture, index of its first pixel in `run`) for all parts of a run.
   void for_stretches(const PixelRun& run, const auto& visit) const;
 

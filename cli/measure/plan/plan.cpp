@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
+#include <utility>
 
+#include "cli/check/audit/replay.h"
 #include "cli/output/text.h"
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/rounding_limit.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 
 namespace parray::plan {
 namespace {
@@ -138,14 +142,10 @@ class Chooser {
     return samples;
   }
 
-  [[nodiscard]] static double pilot_of(double samples) {
-    return std::min<double>(samples, pilot_samples);
-  }
-
   /// Returns the effort of tracing `samples` per pixel in adaptive passes. `placed`: passes after
   /// the pilot place their samples by noise.
   [[nodiscard]] Effort tracing(const SamplerProbe& sampler, double samples, bool placed) const {
-    const double pilot = placed ? pilot_of(samples) : samples;
+    const double pilot = placed ? std::min<double>(samples, pilot_samples) : samples;
     return pixels_ * (pilot * sampler.uniform_sample + (samples - pilot) * sampler.adaptive_sample);
   }
 
@@ -235,6 +235,28 @@ void check_samples(const std::vector<SamplerProbe>& samplers, PlanGoal goal) {
 }
 
 }  // namespace
+
+FarmModel::FarmModel(const RenderSettings& settings, std::vector<double> speeds,
+                     std::uint32_t threads)
+    : settings_(settings), speeds_(std::move(speeds)), threads_(threads) {}
+
+double FarmModel::seconds(double wall, double samples, int passes) const {
+  if (here() || wall <= 0) return wall;
+  RenderSettings settings = settings_;
+  settings.samples_per_pixel = static_cast<std::uint32_t>(
+      std::clamp<double>(std::round(samples / passes), 1, limits::max_samples_per_pixel));
+  const WorkPlan plan(settings, Pass{{{0, settings.samples_per_pixel}}, {}});
+  std::vector<ImaginedWorker> workers;
+  for (const double speed : speeds_) workers.push_back({threads_, speed});
+  // A longer pass has the same beginning and end, so only `longest` is replayed.
+  constexpr double longest = 100;
+  const double power = std::accumulate(speeds_.begin(), speeds_.end(), 0.0);
+  const double pass = wall / passes;
+  const double replayed = std::min(pass, longest * power);
+  const Replayed result =
+      replay_even_pass(grain_of(plan), replayed * threads_, workers, settings.schedule);
+  return passes * (result.seconds + (pass - replayed) / power);
+}
 
 double normal_quantile(double p) {
   double low = -40;

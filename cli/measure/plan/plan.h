@@ -1,13 +1,38 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "cli/measure/plan/farm_model.h"
 #include "cli/measure/plan/probe.h"
 #include "common/scene/settings_fwd.h"
 
 namespace parray::plan {
+
+/// Predicts the time of passes on a farm from their time on this machine. Without workers, the farm
+/// is this machine, and its time is that of this machine.
+class FarmModel {
+ public:
+  FarmModel() = default;
+  /// `speeds`: samples per second of each worker, divided by those of this machine with `threads`
+  /// threads; all > 0. Each worker has `threads` threads. `settings`: those of the picture.
+  FarmModel(const RenderSettings& settings, std::vector<double> speeds, std::uint32_t threads);
+
+  /// Returns whether the farm is this machine.
+  [[nodiscard]] bool here() const { return speeds_.empty(); }
+  [[nodiscard]] const std::vector<double>& speeds() const { return speeds_; }
+
+  /// Returns the farm's seconds for tracing that takes `wall` seconds here, in `passes` equal
+  /// passes with `samples` per pixel in total. Replays the coordinator's lease rules in virtual
+  /// time (cli/check/audit/replay.h), with the same cost for every cell. Leaves out the network,
+  /// the scene's transfer and the coordinator's own work.
+  [[nodiscard]] double seconds(double wall, double samples, int passes) const;
+
+ private:
+  Boxed<RenderSettings> settings_;
+  std::vector<double> speeds_;
+  std::uint32_t threads_ = 1;
+};
 
 /// The user's goal: an error or a time. Exactly one of `error` and `seconds` is > 0.
 struct PlanGoal {

@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "cli/farm/direct_render.h"
-#include "cli/measure/plan/overheads.h"
+#include "cli/measure/plan/effort.h"
 #include "cli/measure/plan/part_of_picture.h"
-#include "cli/measure/plan/pass_cost.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"
@@ -108,7 +107,9 @@ struct Candidate {
 class Prober {
  public:
   Prober(const ProbeRequest& request, const std::atomic<bool>& stop)
-      : request_(request), stop_(stop), pixels_(pixels_of(request.settings)) {}
+      : request_(request),
+        stop_(stop),
+        pixels_(static_cast<double>(pixel_count(request.settings))) {}
 
   Probe run() {
     began_ = effort_now();
@@ -130,10 +131,6 @@ class Prober {
   }
 
  private:
-  static double pixels_of(const RenderSettings& settings) {
-    return static_cast<double>(settings.width) * settings.height;
-  }
-
   // ---- Tracing -------------------------------------------------------------------------------
 
   /// Does and measures the steps that every picture needs once, except loading. Makes the tracers.
@@ -194,13 +191,16 @@ class Prober {
         std::clamp(always_allowed / 2 / each, least_pixels,
                    std::max(usual_pixels, look_share * request_.seconds / each));
     const RenderSettings& s = request_.settings;
-    const PartOfPicture everywhere(*main_.tracer, s.width, s.height,
-                                   static_cast<std::uint64_t>(std::min(pixels_, affordable)),
-                                   look_tile);
-    const Stage look = stages(main_.sampler, everywhere, false, {look_samples}).back();
+    const Candidate everywhere{
+        main_.sampler,
+        {},
+        std::make_unique<PartOfPicture>(*main_.tracer, s.width, s.height,
+                                        static_cast<std::uint64_t>(std::min(pixels_, affordable)),
+                                        look_tile)};
+    const Stage look = stages(everywhere, false, {look_samples}).back();
     variance_ = variance_of(render_->state(), look.rmse);
     rays_ = rays_of(*render_);
-    const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
+    const double times = pixels_ / everywhere.part->pixels();
     const Collecting collecting = effort_of_collecting(render_->framebuffer);
     result_.collect = times * collecting.again;
     result_.collect.wall /= request_.threads;  // the other threads trace meanwhile
@@ -249,35 +249,28 @@ class Prober {
     return passes;
   }
 
-  [[nodiscard]] double pixels_of_part() const {
-    return static_cast<double>(main_.part->width()) * main_.part->height();
-  }
+  [[nodiscard]] double pixels_of_part() const { return main_.part->pixels(); }
 
-  [[nodiscard]] RenderSettings settings_of(Sampler sampler, const PartOfPicture& part,
-                                           bool adaptive, const std::vector<double>& passes) const {
+  [[nodiscard]] RenderSettings settings_of(const Candidate& one, bool adaptive,
+                                           const std::vector<double>& passes) const {
     RenderSettings settings = request_.settings;
-    settings.width = part.width();
-    settings.height = part.height();
-    settings.sampler = sampler;
+    settings.width = one.part->width();
+    settings.height = one.part->height();
+    settings.sampler = one.sampler;
     settings.adaptive = adaptive;
     settings.samples_per_pixel = limits::max_samples_per_pixel;
     settings.row_order = RowOrder::sequential;
     settings.progressive = false;
     for (const double samples : passes) {
-      settings.passes.push_back(static_cast<std::uint64_t>(samples * pixels_of(settings)));
+      settings.passes.push_back(static_cast<std::uint64_t>(samples * one.part->pixels()));
     }
     return settings;
   }
 
+  /// Renders the part in `passes` of samples per pixel. Sets render_ to the result.
   std::vector<Stage> stages(const Candidate& one, bool adaptive,
                             const std::vector<double>& passes) {
-    return stages(one.sampler, *one.part, adaptive, passes);
-  }
-
-  /// Renders the part in `passes` of samples per pixel. Sets render_ to the result.
-  std::vector<Stage> stages(Sampler sampler, const PartOfPicture& part, bool adaptive,
-                            const std::vector<double>& passes) {
-    const RenderSettings settings = settings_of(sampler, part, adaptive, passes);
+    const RenderSettings settings = settings_of(one, adaptive, passes);
     std::vector<Stage> found;
     Effort last{};
     double samples_before = 0;
@@ -293,7 +286,7 @@ class Prober {
       last = Effort{now.seconds, now.cpu_seconds} + (effort_now() - noting);
     };
     counting_ = {};
-    render_ = render_directly(part, *request_.scene, settings, request_.threads, stop_, note);
+    render_ = render_directly(*one.part, *request_.scene, settings, request_.threads, stop_, note);
     if (!render_) throw Stopped{};
     sample_ = 1 / found.back().pass.samples * found.back().pass.effort;
     result_.samples += render_->framebuffer.counts().samples;
@@ -376,7 +369,6 @@ class Prober {
 
   [[nodiscard]] std::vector<MeasuredError> measured(const std::vector<Stage>& stages) const {
     std::vector<MeasuredError> errors;
-    errors.reserve(stages.size());
     for (const Stage& stage : stages) {
       errors.push_back({stage.samples, error_scale_ * stage.rmse, stage.relative});
     }
@@ -385,7 +377,6 @@ class Prober {
 
   static std::vector<TracedPass> passes_of(const std::vector<Stage>& stages) {
     std::vector<TracedPass> passes;
-    passes.reserve(stages.size());
     for (const Stage& stage : stages) passes.push_back(stage.pass);
     return passes;
   }

@@ -1,6 +1,7 @@
 #include "cli/measure/tradeoff/answer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -23,11 +24,6 @@ struct Change {
 };
 
 double square(double value) { return value * value; }
-
-const Row* row_with(const std::vector<Row>& rows, const RenderSettings& settings) {
-  const auto found = std::ranges::find(rows, options_of(settings), &Row::options);
-  return found == rows.end() ? nullptr : &*found;
-}
 
 double bias_square_of(const RenderSettings& settings, const PairedBiases& biases) {
   const auto depth = biases.depth.find(settings.max_depth);
@@ -76,37 +72,36 @@ struct Family {
   bool targeted = false;
 };
 
+/// A way to use samples. The slopes are those of Family::amount and Family::seconds with a single
+/// row: four times the samples halve the noise. For a denoised picture a single row does not
+/// determine the slopes (0).
+struct Way {
+  bool targeted, denoised;
+  double amount_slope, seconds_slope;
+};
+constexpr std::array<Way, 3> ways{
+    {{false, false, -2, 1}, {false, true, 0, 0}, {true, false, 1, -2}}};
+
 std::vector<Family> measured_families(const std::vector<Row>& rows, const RenderSettings& base) {
   std::vector<Family> families;
   for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
-    for (const bool targeted : {false, true}) {
-      for (const bool denoised : {false, true}) {
-        if (targeted && denoised) continue;  // add_denoised() leaves targets out, too
-        RenderSettings settings = with_denoise(base, denoised);
-        settings.sampler = sampler;
-        settings.adaptive = false;
-        settings.target_error = 0;
-        if (targeted) settings = with_target(settings, sampler, 1);
-        std::vector<std::pair<double, double>> amount;
-        std::vector<std::pair<double, double>> seconds;
-        for (const Row& row : rows) {
-          if (!same_but_samples(row.settings, settings)) continue;
-          const double spent =
-              targeted ? row.settings->target_error : row.settings->samples_per_pixel;
-          amount.emplace_back(row.budget.monte_carlo, spent);
-          seconds.emplace_back(spent, row.seconds.median);
-        }
-        // Slopes for a family with a single row: four times the samples halve the noise. For a
-        // denoised picture a single row does not determine the slope (0).
-        families.push_back({settings,
-                            LogCurve(amount, denoised   ? 0
-                                             : targeted ? 1
-                                                        : -2),
-                            LogCurve(seconds, denoised   ? 0
-                                              : targeted ? -2
-                                                         : 1),
-                            targeted});
+    for (const Way& way : ways) {
+      RenderSettings settings = with_denoise(base, way.denoised);
+      settings.sampler = sampler;
+      settings.adaptive = false;
+      settings.target_error = 0;
+      if (way.targeted) settings = with_target(settings, sampler, 1);
+      std::vector<std::pair<double, double>> amount;
+      std::vector<std::pair<double, double>> seconds;
+      for (const Row& row : rows) {
+        if (!same_but_samples(row.settings, settings)) continue;
+        const double spent =
+            way.targeted ? row.settings->target_error : row.settings->samples_per_pixel;
+        amount.emplace_back(row.budget.monte_carlo, spent);
+        seconds.emplace_back(spent, row.seconds.median);
       }
+      families.push_back({settings, LogCurve(amount, way.amount_slope),
+                          LogCurve(seconds, way.seconds_slope), way.targeted});
     }
   }
   return families;
@@ -153,6 +148,11 @@ std::string times_text(double times) {
 }
 
 }  // namespace
+
+const Row* row_with(const std::vector<Row>& rows, const RenderSettings& settings) {
+  const auto found = std::ranges::find(rows, options_of(settings), &Row::options);
+  return found == rows.end() ? nullptr : &*found;
+}
 
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b) {
   return a.sampler == b.sampler && a.max_depth == b.max_depth && a.precision == b.precision &&

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cli/measure/tradeoff/analysis.h"
-#include "cli/measure/tradeoff/paired.h"
+#include "cli/measure/tradeoff/bench.h"
 
 /// The cheapest settings for an accuracy, from the measurements. Pure functions.
 namespace parray::tradeoff {
@@ -42,6 +42,9 @@ std::optional<Candidate> corrected(const Row& row, double error);
 /// Returns the fastest row whose RMSE is known and at most 0.5 % above `error`. Null: there is
 /// none.
 const Row* fastest_within(double error, const std::vector<Row>& rows);
+
+/// Returns the row of these settings. Null: there is none.
+const Row* row_with(const std::vector<Row>& rows, const RenderSettings& settings);
 
 /// Returns whether settings of one scene differ only in the number of samples or in the value of a
 /// target error. Does not compare size and seed.

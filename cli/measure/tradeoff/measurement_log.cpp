@@ -86,19 +86,14 @@ std::string text_of(const fs::path& path) {
 std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(const fs::path& directory) {
   if (!fs::exists(directory / state_name)) return std::nullopt;
   const json state = json::parse(text_of(directory / state_name), nullptr, false);
-  const auto side = [&](const char* name) -> std::uint64_t {
+  const auto side = [&](const char* name) -> std::uint32_t {
     const json::json_pointer at(std::string("/identity/") + name);
-    const bool there =
-        !state.is_discarded() && state.contains(at) && state[at].is_number_unsigned();
-    return there ? state[at].get<std::uint64_t>() : 0;
+    if (state.is_discarded() || !state.contains(at) || !state[at].is_number_unsigned()) return 0;
+    const auto pixels = state[at].get<std::uint64_t>();
+    return pixels <= limits::max_image_side ? static_cast<std::uint32_t>(pixels) : 0;
   };
-  const auto fits = [](std::uint64_t pixels) {
-    return pixels >= 1 && pixels <= limits::max_image_side;
-  };
-  const std::uint64_t width = side("width");
-  const std::uint64_t height = side("height");
-  if (!fits(width) || !fits(height)) return std::nullopt;
-  return {{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)}};
+  const std::pair size(side("width"), side("height"));
+  return size.first > 0 && size.second > 0 ? std::optional(size) : std::nullopt;
 }
 
 std::string csv_line(const Run& run) {

@@ -1,10 +1,7 @@
-#include "cli/measure/tradeoff/plots.h"
-
-#include <string>
 #include <system_error>
 
 #include "cli/child_process/child_process.h"
-#include "cli/measure/tradeoff/plot_scripts.h"
+#include "cli/measure/tradeoff/tradeoff_results.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/processor.h"
 #include "cli/output/text.h"

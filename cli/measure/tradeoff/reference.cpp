@@ -19,7 +19,6 @@ namespace {
 
 constexpr const char* samples_name = "parray:reference_samples";
 constexpr const char* chunks_name = "parray:reference_chunks";
-constexpr const char* rgb = "RGB";
 
 /// Linear light of the 256 codes, and the borders between adjacent codes.
 struct Codes {
@@ -35,22 +34,6 @@ struct Codes {
     }
   }
 };
-
-/// Returns the values of one of three channels.
-std::vector<float> channel_of(const std::vector<double>& values, std::size_t channel) {
-  std::vector<float> one(values.size() / 3);
-  for (std::size_t i = 0; i < one.size(); ++i) one[i] = static_cast<float>(values[3 * i + channel]);
-  return one;
-}
-
-const std::vector<float>& floats_of(const Channels& channels, const std::string& name,
-                                    std::size_t size, const std::string& file) {
-  for (const Channel& channel : channels) {
-    const auto* values = std::get_if<std::vector<float>>(&channel.values);
-    if (channel.name == name && values != nullptr && values->size() == size) return *values;
-  }
-  throw InputError(file + ": channel " + name + " is missing: start again with --restart");
-}
 
 double number_in(const ImageMetadata& metadata, const std::string& name, const std::string& file) {
   const double number = real_in(metadata, name).value_or(0);
@@ -187,21 +170,18 @@ Run Reference::compare(const Denoised& picture) const {
 }
 
 void Reference::save(const std::filesystem::path& path) const {
-  Image mean{width_, height_, std::vector<float>(square_.size())};
+  Image picture{width_, height_, std::vector<float>(square_.size())};
   std::vector<double> variance(square_.size());
   for (std::size_t i = 0; i < square_.size(); ++i) {
-    const double value = (half_[0][i] + half_[1][i]) / 2;
-    mean.rgb[i] = static_cast<float>(value);
-    variance[i] = std::max(square_[i] - value * value, 0.0);
+    picture.rgb[i] = static_cast<float>(mean(i));
+    variance[i] = std::max(square_[i] - mean(i) * mean(i), 0.0);
   }
   Channels channels;
-  for (std::size_t c = 0; c < 3; ++c) {
-    channels.push_back({std::string("first.") + rgb[c], channel_of(half_[0], c)});
-    channels.push_back({std::string("second.") + rgb[c], channel_of(half_[1], c)});
-    channels.push_back({std::string("variance.") + rgb[c], channel_of(variance, c)});
-  }
+  add_rgb(channels, "first.", half_[0]);
+  add_rgb(channels, "second.", half_[1]);
+  add_rgb(channels, "variance.", variance);
   write_image(
-      path, mean,
+      path, picture,
       {{"Software", "ParRay " PARRAY_VERSION}, {samples_name, samples_[0]}, {chunks_name, chunks_}},
       channels);
 }
@@ -216,15 +196,20 @@ void Reference::load(const std::filesystem::path& path) {
   chunks_ = static_cast<std::uint64_t>(number_in(read.metadata, chunks_name, file));
   const std::size_t pixels = square_.size() / 3;
   for (std::size_t c = 0; c < 3; ++c) {
-    const auto& first = floats_of(read.channels, std::string("first.") + rgb[c], pixels, file);
-    const auto& second = floats_of(read.channels, std::string("second.") + rgb[c], pixels, file);
-    const auto& variance =
-        floats_of(read.channels, std::string("variance.") + rgb[c], pixels, file);
+    const auto channel = [&](const std::string& prefix) -> const std::vector<float>& {
+      const auto* const values = values_in<float>(read.channels, prefix + "RGB"[c]);
+      if (values != nullptr && values->size() == pixels) return *values;
+      throw InputError(file + ": channel " + prefix + "RGB"[c] +
+                       " is missing: start again with --restart");
+    };
+    const auto& first = channel("first.");
+    const auto& second = channel("second.");
+    const auto& variance = channel("variance.");
     for (std::size_t i = 0; i < pixels; ++i) {
-      half_[0][3 * i + c] = first[i];
-      half_[1][3 * i + c] = second[i];
-      const double mean = (half_[0][3 * i + c] + half_[1][3 * i + c]) / 2;
-      square_[3 * i + c] = variance[i] + mean * mean;
+      const std::size_t value = 3 * i + c;
+      half_[0][value] = first[i];
+      half_[1][value] = second[i];
+      square_[value] = variance[i] + mean(value) * mean(value);
     }
   }
 }

@@ -102,20 +102,15 @@ std::string name_in_plots(const RenderSettings& s, const RenderSettings& base) {
 }
 
 std::string rough(double value) { return formatted("%.3g", value); }
-std::string percent(double share) { return formatted("%.1f %%", 100 * share); }
 
-std::vector<const Row*> front_of(const std::vector<Row>& rows) {
+std::string front_text(const TradeoffResults& results) {
   std::vector<const Row*> front;
-  for (const Row& row : rows) {
+  for (const Row& row : results.rows) {
     if (row.on_front) front.push_back(&row);
   }
   std::ranges::sort(front, {}, [](const Row* row) { return row->seconds.median; });
-  return front;
-}
-
-std::string front_text(const TradeoffResults& results) {
   std::vector<std::vector<std::string>> cells;
-  for (const Row* row : front_of(results.rows)) {
+  for (const Row* row : front) {
     const Budget& budget = row->budget;
     cells.push_back({rough(row->seconds.median), formatted("%.1f", row->samples), rough(row->rmse),
                      rough(budget.monte_carlo), rough(budget.depth), rough(budget.precision),
@@ -143,7 +138,7 @@ std::string calibration_text(const TradeoffResults& results) {
   const auto add = [&](const std::string& name, const ByLevel& shares, std::size_t runs) {
     if (runs == 0) return;
     std::vector<std::string> line = {name};
-    for (const double share : shares) line.push_back(percent(share));
+    for (const double share : shares) line.push_back(formatted("%.1f %%", 100 * share));
     line.push_back(std::to_string(runs));
     cells.push_back(line);
   };

@@ -1,16 +1,40 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/measure/tradeoff/analysis.h"
-#include "cli/measure/tradeoff/farm_fronts.h"
-#include "cli/measure/tradeoff/paired.h"
+#include "cli/measure/tradeoff/bench.h"
 
 namespace parray::tradeoff {
+
+/// The predicted picture with the settings of a row, in the size that the scene states.
+struct FarmPoint {
+  std::size_t row = 0;  ///< index of the row
+  double seconds = 0;   ///< predicted wall-clock time
+  double rmse = 0;      ///< Row::rmse
+  bool on_front = false;
+};
+
+/// The Pareto front of a farm. Modelled, not measured.
+struct FarmFront {
+  std::uint32_t workers = 0;        ///< workers as fast as this machine
+  std::vector<FarmPoint> points{};  ///< rows with a known error
+};
+
+/// Returns the fronts for 1, 4, 16 and 64 workers of `threads` threads. Scales the time of each row
+/// to the number of pixels of `scene` and replays the coordinator's lease rules in virtual time
+/// (FarmModel, cli/measure/plan/plan.h), in the row's number of passes. Leaves out the network. One
+/// machine denoises.
+std::vector<FarmFront> farm_fronts_of(const std::vector<Row>& rows, const RenderSettings& scene,
+                                      int threads);
 
 /// How the error of one family falls with samples. A family has one sampler and one way to place
 /// samples, with or without denoising: see Families.
@@ -85,5 +109,28 @@ std::string intervals_csv_of(const TradeoffResults& results);
 nlohmann::json json_of(const TradeoffResults& results);
 /// Returns the tables for people, without the answer.
 std::string text_of(const TradeoffResults& results);
+
+// Plots of these tables in the directory DIR of measurements. The program contains their scripts
+// for gnuplot.
+/// A file plots/NAME.gp of the source. CMake writes plot_scripts.cpp, which contains their texts.
+struct PlotScript {
+  std::string_view name;
+  std::string_view text;
+};
+extern const std::array<PlotScript, 7> plot_scripts;
+
+/// Returns the line below each plot: the scene, the machine, the version and the date.
+std::string caption_of(const TradeoffResults& results);
+
+/// Writes gnuplot's scripts to DIR/plots. `directory` is DIR. The scripts read DIR/tradeoff.csv,
+/// farms.csv and intervals.csv and draw {convergence,front,budget,coverage,farms}.{svg,pdf,png} (in
+/// DIR/plots: `gnuplot front.gp`). Throws RunError if a file cannot be written.
+void write_plot_scripts(const TradeoffResults& results, const std::filesystem::path& directory);
+
+/// Runs gnuplot on the scripts, at most 60 s for each. Looks for gnuplot in the directories of
+/// `path` ("/usr/bin:/bin"). Returns a message for the user if a plot is missing. Throws
+/// Interrupted.
+std::optional<std::string> draw_plots(const std::filesystem::path& directory,
+                                      const std::string& path);
 
 }  // namespace parray::tradeoff

@@ -29,16 +29,8 @@ std::string stop_options(const RenderSettings& settings) {
          std::to_string(settings.samples_per_pixel);
 }
 
-std::string isa_options(const RenderSettings& settings) {
-  return settings.isa == Isa::automatic ? "" : " --isa " + std::string(name_of(settings.isa));
-}
-
 std::string sampler_options(const RenderSettings& settings) {
   return "--sampler " + std::string(name_of(settings.sampler)) + stop_options(settings);
-}
-
-std::string denoise_option(const RenderSettings& settings) {
-  return settings.replicates ? " --denoise" : "";
 }
 
 /// Returns the options of settings. `named` decides which of three members they name.
@@ -50,7 +42,8 @@ std::string options_where(const RenderSettings& s, const auto& named) {
   };
   add(&RenderSettings::precision, " --precision ");
   add(&RenderSettings::accelerator, " --accelerator ");
-  return text + isa_options(s) + denoise_option(s);
+  if (s.isa != Isa::automatic) text += " --isa " + std::string(name_of(s.isa));
+  return text + (s.replicates ? " --denoise" : "");
 }
 
 /// Returns the FNV-1a hash of a text. It is the same on every machine.
@@ -85,7 +78,7 @@ class Planner {
   /// there is no time for it.
   bool add(VariedSetting varied, const RenderSettings& settings, double samples, double speed = 0) {
     const std::string options = options_of(settings);
-    if (known_.contains(options)) return true;
+    if (!known_.insert(options).second) return true;
     const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second) +
                        (settings.replicates ? pilot_.denoise : 0);
     const bool first =
@@ -95,20 +88,18 @@ class Planner {
         varied == VariedSetting::denoise ? denoised_runs_of(one, needed) : runs_of(one, needed);
     if (runs == 0) {
       sweep_.left_out.push_back(options);
-      known_.insert(options);
       return false;
     }
-    known_.insert(options);
     sweep_.variants.push_back({varied, settings, runs});
     return true;
   }
 
   /// Returns the samples per pixel for varying other settings: few, so that there can be many runs.
   [[nodiscard]] std::uint32_t setting_samples() const {
-    const double speed = pilot_.samples_per_second;
-    return 8 * cost(64, speed) <= seconds_ / 40   ? 64
-           : 8 * cost(32, speed) <= seconds_ / 40 ? 32
-                                                  : least_samples;
+    for (const std::uint32_t samples : {64U, 32U}) {
+      if (8 * cost(samples, pilot_.samples_per_second) <= seconds_ / 40) return samples;
+    }
+    return least_samples;
   }
 
   Sweep take() { return std::move(sweep_); }

@@ -1,10 +1,9 @@
-#include "cli/output/denoise/features.h"
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <span>
 
+#include "cli/output/denoise/denoise.h"
 #include "common/math/float_mode.h"
 #include "common/scene/settings.h"
 
@@ -229,13 +228,6 @@ std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene&
   PictureSettings other = settings.picture();
   other.seed = ~settings.seed;
   return make_path_tracer(tracer.accelerator(), scene.camera, other);
-}
-
-Features trace_features(const PathTracer& tracer, const Scene& scene,
-                        const RenderSettings& settings, std::uint32_t samples, int threads,
-                        const std::function<void()>& between_bands) {
-  return trace_features(tracer, *steady_tracer(tracer, scene, settings), scene, settings, samples,
-                        threads, between_bands);
 }
 
 Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,

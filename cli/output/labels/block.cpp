@@ -18,12 +18,6 @@ double widest(const Font& font, const auto& lines) {
   return width;
 }
 
-/// Returns the height from the top of the first line's capitals to the lowest letters of the last
-/// line.
-double height_of_lines(const Font& font, std::size_t count) {
-  return font.cap_height() + static_cast<double>(count - 1) * font.line_height() + font.descent();
-}
-
 Vec3d color_at(const Legend& legend, double share) {
   const auto last = static_cast<double>(legend.stops.size() - 1);
   const double place = std::clamp(share, 0.0, 1.0) * last;
@@ -186,9 +180,6 @@ void move_apart(std::array<Point, 3>& points, double distance) {
                    " in the scene file");
 }
 
-bool is_top(Corner corner) { return corner == Corner::top_left || corner == Corner::top_right; }
-bool is_left(Corner corner) { return corner == Corner::top_left || corner == Corner::bottom_left; }
-
 }  // namespace
 
 Block text_block(const BlockStyle& style, const std::string& name, Corner corner,
@@ -201,7 +192,11 @@ Block text_block(const BlockStyle& style, const std::string& name, Corner corner
       baseline += pen.font().line_height();
     }
   };
-  return {name, corner, widest(style.font, lines), height_of_lines(style.font, lines.size()), draw};
+  // From the top of the first line's capitals to the lowest letters of the last line.
+  const double height = style.font.cap_height() +
+                        static_cast<double>(lines.size() - 1) * style.font.line_height() +
+                        style.font.descent();
+  return {name, corner, widest(style.font, lines), height, draw};
 }
 
 Block legend_block(const BlockStyle& style, const Legend& legend) {
@@ -259,9 +254,11 @@ std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, doub
   std::vector<Placed> placed;
   for (const Block& block : blocks) {
     double& used = filled[static_cast<std::size_t>(block.corner)];
-    const Box box{is_left(block.corner) ? margin : width - margin - block.width,
-                  is_top(block.corner) ? margin + used : height - margin - used - block.height,
-                  block.width, block.height};
+    const bool top = block.corner == Corner::top_left || block.corner == Corner::top_right;
+    const bool left = block.corner == Corner::top_left || block.corner == Corner::bottom_left;
+    const Box box{left ? margin : width - margin - block.width,
+                  top ? margin + used : height - margin - used - block.height, block.width,
+                  block.height};
     used += block.height + gap;
     constexpr double rounding = 1e-6;  // tolerance for blocks at the margin
     const double least = margin - rounding;

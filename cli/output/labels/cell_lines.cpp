@@ -14,12 +14,6 @@ constexpr Vec3d grey_on_dark{0.402, 0.402, 0.402};
 /// Width and strength of lines over nearer spheres, relative to visible lines.
 constexpr double hidden_share = 0.8;
 
-/// A pixel under a line, and the share of it that the line covers.
-struct LinePixel {
-  int x, y;
-  double share;
-};
-
 enum class Part : std::uint8_t { visible, hidden };
 
 bool hides(const DepthMap& map, std::size_t pixel, double z) {
@@ -64,8 +58,8 @@ double depth_at(const CellLine& line, double share, bool perspective) {
   return 1 / ((1 - share) / line.from_z + share / line.to_z);
 }
 
-/// Calls `visit` for every pixel of the picture in which the line, `width` pixels wide, covers a
-/// share and is visible or hidden, as `wanted` says.
+/// Calls visit(x, y, share) for every pixel of the picture in which the line, `width` pixels wide,
+/// covers a share and is visible or hidden, as `wanted` says.
 void each_pixel(const Canvas& canvas, const CellLine& line, bool perspective, const DepthMap& map,
                 double width, Part wanted, const auto& visit) {
   const double reach = width / 2 + 1;
@@ -102,7 +96,7 @@ void each_pixel(const Canvas& canvas, const CellLine& line, bool perspective, co
           static_cast<std::size_t>(y) * static_cast<std::size_t>(picture_width) +
           static_cast<std::size_t>(x);
       const Part part = hides(map, pixel, z) ? Part::hidden : Part::visible;
-      if (share > 0 && part == wanted) visit(LinePixel{x, y, share});
+      if (share > 0 && part == wanted) visit(x, y, share);
     }
   }
 }
@@ -130,10 +124,11 @@ bool is_light_below(const Canvas& canvas, const std::vector<CellLine>& lines, bo
   double sum = 0;
   double count = 0;
   for (const CellLine& line : lines) {
-    each_pixel(canvas, line, perspective, map, width, Part::visible, [&](const LinePixel& pixel) {
-      sum += std::cbrt(canvas.luminance(pixel.x, pixel.y));
-      ++count;
-    });
+    each_pixel(canvas, line, perspective, map, width, Part::visible,
+               [&](int x, int y, double /*share*/) {
+                 sum += std::cbrt(canvas.luminance(x, y));
+                 ++count;
+               });
   }
   return count == 0 || sum / count > light_background;
 }
@@ -171,7 +166,7 @@ std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& fil
       if ((from >> edge & 1U) != 0) continue;
       const auto line = line_between(corner(cell, from), corner(cell, from | 1U << edge), film);
       if (!line) continue;
-      const Point along{line->to.x - line->from.x, line->to.y - line->from.y};
+      const Point along = line->to - line->from;
       const double length = std::hypot(along.x, along.y);
       if (length < 2 * gap) continue;
       const Point half{(line->from.x + line->to.x) / 2, (line->from.y + line->to.y) / 2};
@@ -193,9 +188,8 @@ void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const Camera
   const bool light = is_light_below(canvas, lines, perspective, map, width);
   const Vec3d color = light ? grey_on_light : grey_on_dark;
   const auto draw = [&](const CellLine& line, Part part, double share) {
-    each_pixel(canvas, line, perspective, map, share * width, part, [&](const LinePixel& pixel) {
-      canvas.paint(pixel.x, pixel.y, color, share * pixel.share);
-    });
+    each_pixel(canvas, line, perspective, map, share * width, part,
+               [&](int x, int y, double covered) { canvas.paint(x, y, color, share * covered); });
   };
   for (const CellLine& line : lines) {
     draw(line, Part::visible, 1);

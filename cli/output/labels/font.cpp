@@ -10,6 +10,7 @@
 #include <optional>
 #include <system_error>
 
+#include "cli/output/labels/canvas.h"
 #include "common/base/error.h"
 #include "common/base/module.h"
 #include "common/base/printable.h"

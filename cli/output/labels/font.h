@@ -5,9 +5,12 @@
 #include <string>
 #include <string_view>
 
-#include "cli/output/labels/coverage.h"
+#include "common/rooms.h"
 
 namespace parray::labels {
+
+class Coverage;
+struct Point;
 
 /// Returns the file of DejaVu Sans: the one beside ParRay's modules, which the tarball and Python's
 /// wheel contain, otherwise that of Debian's package fonts-dejavu-core.

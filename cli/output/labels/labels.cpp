@@ -6,7 +6,6 @@
 
 #include "cli/input/particles/length_unit.h"
 #include "cli/input/select/columns.h"
-#include "cli/output/labels/block.h"
 #include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -33,10 +32,6 @@ double letter_size(const LabelSettings& settings, double dpi, double height) {
   return std::max(size, 1.0);
 }
 
-[[noreturn]] void fail_without(const std::string& option, const std::string& what) {
-  throw InputError(option + ": " + what);
-}
-
 }  // namespace
 
 double dots_per_inch(const LabelSettings& settings, double width) {
@@ -57,121 +52,93 @@ void set_title(Legend& legend, const LabelSettings& settings) {
   legend.unit.clear();
 }
 
-double scale_bar_length(double pixels_per_unit, double most_pixels) {
-  return round_below(most_pixels / pixels_per_unit);
+Labels::Labels(LabelContent content)
+    : content_(std::move(content)),
+      width_(content_.width),
+      height_(content_.height),
+      dpi_(dots_per_inch(content_.settings, width_)),
+      font_(letter_size(content_.settings, dpi_, height_)),
+      line_(std::max(line_points * dpi_ / points_an_inch, 1.0)),
+      film_(content_.camera, width_, height_),
+      margin_(gap_in_ems * font_.size()),
+      style_{font_, line_, height_ - 2 * margin_} {
+  make_blocks();
+  placed_ = lay_out(blocks_, width_, height_, margin_, gap_in_ems * font_.size());
 }
 
-struct Labels::Parts {
-  explicit Parts(LabelContent from)
-      : content(std::move(from)),
-        width(content.width),
-        height(content.height),
-        dpi(dots_per_inch(content.settings, width)),
-        font(letter_size(content.settings, dpi, height)),
-        line(std::max(line_points * dpi / points_an_inch, 1.0)),
-        film(content.camera, width, height),
-        margin(gap_in_ems * font.size()),
-        style{font, line, height - 2 * margin} {
-    make_blocks();
-    placed = lay_out(blocks, width, height, margin, gap_in_ems * font.size());
-  }
-
-  void make_blocks();
-  void add_legends();
-  void add_scale_bar();
-  [[nodiscard]] double longest_bar() const;
-  [[nodiscard]] Block scale_bar(double length, double pixels) const;
-  [[nodiscard]] double widest_bar() const;
-  [[nodiscard]] std::string unit() const;
-  [[nodiscard]] Point place_of(const EdgeName& edge, const DepthMap& map) const;
-
-  LabelContent content;
-  double width, height;
-  double dpi;
-  Font font;
-  double line;
-  CameraFilm film;
-  double margin;
-  BlockStyle style;
-  std::vector<Block> blocks;
-  std::vector<Placed> placed;
-};
-
-void Labels::Parts::make_blocks() {
-  const LabelSettings& wanted = content.settings;
+void Labels::make_blocks() {
+  const LabelSettings& wanted = content_.settings;
   const auto add_text = [&](const char* option, const std::string& text) {
     std::string letters = text;
     std::erase(letters, '\n');
-    font.check(letters, option);
-    blocks.push_back(text_block(style, option, Corner::top_left, text));
+    font_.check(letters, option);
+    blocks_.push_back(text_block(style_, option, Corner::top_left, text));
   };
   if (!wanted.text.empty()) add_text("--text", wanted.text);
   if (wanted.time_stamp) {
-    if (content.time_stamp.empty()) {
-      fail_without(
-          "--time-stamp",
-          "the scene's particles have no time and only one frame: leave out --time-stamp, or "
-          "time_stamp in the scene file");
+    if (content_.time_stamp.empty()) {
+      throw InputError(
+          "--time-stamp: the scene's particles have no time and only one frame: leave out "
+          "--time-stamp, or time_stamp in the scene file");
     }
-    add_text("--time-stamp", content.time_stamp);
+    add_text("--time-stamp", content_.time_stamp);
   }
   if (wanted.legend) add_legends();
   if (wanted.scale_bar) add_scale_bar();
   if (wanted.cell) {
-    if (!content.cell) {
-      fail_without(
-          "--cell",
-          "the scene's particles have no box and no cell: leave out --cell, or cell in the scene "
-          "file");
+    if (!content_.cell) {
+      throw InputError(
+          "--cell: the scene's particles have no box and no cell: leave out --cell, or cell in the "
+          "scene file");
     }
-    blocks.push_back(axes_block(style, film));
+    blocks_.push_back(axes_block(style_, film_));
   }
 }
 
-void Labels::Parts::add_legends() {
-  if (content.legends.empty()) {
-    fail_without("--legend",
-                 "the scene has no colours to explain: colour particles by element, type or "
-                 "number");
+void Labels::add_legends() {
+  if (content_.legends.empty()) {
+    throw InputError(
+        "--legend: the scene has no colours to explain: colour particles by element, type or "
+        "number");
   }
-  for (Legend& legend : content.legends) {
-    set_title(legend, content.settings);
-    font.check(content.settings.legend_title, "--legend-title");
-    font.check(content.settings.unit, "--unit");
-    blocks.push_back(legend_block(style, legend));
+  for (Legend& legend : content_.legends) {
+    set_title(legend, content_.settings);
+    font_.check(content_.settings.legend_title, "--legend-title");
+    font_.check(content_.settings.unit, "--unit");
+    blocks_.push_back(legend_block(style_, legend));
   }
 }
 
-std::string Labels::Parts::unit() const {
-  const std::string& named = content.settings.unit;
-  return named.empty() ? content.unit : named;
+std::string Labels::unit() const {
+  const std::string& named = content_.settings.unit;
+  return named.empty() ? content_.unit : named;
 }
 
 /// Returns the largest length of a scale bar, in pixels.
-double Labels::Parts::longest_bar() const {
-  return std::max(0.25 * width, std::min(4 * font.size(), 0.5 * width));
+double Labels::longest_bar() const {
+  return std::max(0.25 * width_, std::min(4 * font_.size(), 0.5 * width_));
 }
 
-void Labels::Parts::add_scale_bar() {
-  font.check(unit(), "--unit");
-  const double pixels_per_unit = film.pixels_per_unit(film.distance());
-  const double length = scale_bar_length(pixels_per_unit, longest_bar());
-  blocks.push_back(scale_bar(length, length * pixels_per_unit));
+void Labels::add_scale_bar() {
+  font_.check(unit(), "--unit");
+  const double pixels_per_unit = film_.pixels_per_unit(film_.distance());
+  const double length = round_below(longest_bar() / pixels_per_unit);
+  blocks_.push_back(scale_bar(length, length * pixels_per_unit));
 }
 
 /// Returns a scale bar in the unit that needs the fewest digits.
-Block Labels::Parts::scale_bar(double length, double pixels) const {
+Block Labels::scale_bar(double length, double pixels) const {
   const ShownLength shown = shown_length(length, unit());
-  return scale_bar_block(style, shown.value, pixels, std::string(unit_sign(shown.unit)));
+  return scale_bar_block(style_, shown.value, pixels, std::string(unit_sign(shown.unit)));
 }
 
 /// Returns the width of the widest scale bar of a camera that shows the scene at the same size or
 /// up to ten times smaller.
-double Labels::Parts::widest_bar() const {
-  const double pixels_per_unit = film.pixels_per_unit(film.distance());
+double Labels::widest_bar() const {
+  const double pixels_per_unit = film_.pixels_per_unit(film_.distance());
   double widest = 0;
   for (const double smaller : {1.0, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0}) {
-    const double length = scale_bar_length(pixels_per_unit / smaller, longest_bar());
+    const double length = round_below(longest_bar() / (pixels_per_unit / smaller));
     widest = std::max(widest, scale_bar(length, longest_bar()).width);
   }
   return widest;
@@ -193,71 +160,66 @@ static bool shows_particle(const DepthMap& map, const Box& box, double width) {
 
 /// Returns the place of the name of an edge: beside the edge, or farther out if particles or labels
 /// are there.
-Point Labels::Parts::place_of(const EdgeName& edge, const DepthMap& map) const {
-  const double em = font.size();
-  for (double out = 0; out < std::max(width, height); out += em / 8) {
+Point Labels::place_of(const EdgeName& edge, const DepthMap& map) const {
+  const double em = font_.size();
+  for (double out = 0; out < std::max(width_, height_); out += em / 8) {
     const Point at = edge.middle + out * edge.outwards;
     const Box letter = Box{at.x, at.y, 0, 0}.grown(0.5 * em);
-    const bool inside = letter.x >= 0 && letter.y >= 0 && letter.x + letter.width <= width &&
-                        letter.y + letter.height <= height;
+    const bool inside = letter.x >= 0 && letter.y >= 0 && letter.x + letter.width <= width_ &&
+                        letter.y + letter.height <= height_;
     if (!inside) break;
     const bool labelled = std::ranges::any_of(
-        placed, [&](const Placed& label) { return overlap(letter, label.box); });
-    if (!labelled && !shows_particle(map, letter, width)) return at;
+        placed_, [&](const Placed& label) { return overlap(letter, label.box); });
+    if (!labelled && !shows_particle(map, letter, width_)) return at;
   }
   return edge.middle;
 }
 
 LabelPlaces Labels::places(const LabelContent& content) {
-  const Parts parts(content);
-  const double em = parts.font.size();
+  const Labels labels(content);
+  const double em = labels.font_.size();
   const double names = content.settings.cell ? edge_name_in_ems * em : 0;
   LabelPlaces places;
-  places.margin_x = 2 * names / parts.width;
-  places.margin_y = 2 * names / parts.height;
-  for (const Placed& label : parts.placed) {
+  places.margin_x = 2 * names / labels.width_;
+  places.margin_y = 2 * names / labels.height_;
+  for (const Placed& label : labels.placed_) {
     Box box = label.box;
     if (label.block->name == scale_bar_name) {
-      const double more = std::max(parts.widest_bar() - box.width, 0.0);
+      const double more = std::max(labels.widest_bar() - box.width, 0.0);
       box.x -= more;
       box.width += more;
     }
     box = box.grown(gap_in_ems * em + names);
-    places.boxes.push_back({2 * box.x / parts.width - 1, 2 * (box.x + box.width) / parts.width - 1,
-                            1 - 2 * (box.y + box.height) / parts.height,
-                            1 - 2 * box.y / parts.height});
+    places.boxes.push_back(
+        {2 * box.x / labels.width_ - 1, 2 * (box.x + box.width) / labels.width_ - 1,
+         1 - 2 * (box.y + box.height) / labels.height_, 1 - 2 * box.y / labels.height_});
   }
   return places;
 }
 
-Labels::Labels(LabelContent content) : parts_(std::make_unique<Parts>(std::move(content))) {}
-Labels::~Labels() = default;
-Labels::Labels(Labels&&) noexcept = default;
-
 std::vector<Box> Labels::boxes() const {
   std::vector<Box> boxes;
-  for (const Placed& label : parts_->placed) boxes.push_back(label.box);
+  for (const Placed& label : placed_) boxes.push_back(label.box);
   return boxes;
 }
 
 void Labels::draw(Image& image, std::vector<float>& alpha, const DepthMap& map) const {
   Canvas canvas(image, alpha);
-  const Parts& parts = *parts_;
-  const double em = parts.font.size();
-  if (parts.content.settings.cell) {
-    const double line = std::max(cell_line_points * parts.dpi / points_an_inch, 1.0);
-    if (!parts.content.solid_cell) {
-      draw_lines(canvas, cell_lines(*parts.content.cell, parts.film), parts.film, map, line);
+  const double em = font_.size();
+  if (content_.settings.cell) {
+    const double cell_line = std::max(cell_line_points * dpi_ / points_an_inch, 1.0);
+    if (!content_.solid_cell) {
+      draw_lines(canvas, cell_lines(*content_.cell, film_), film_, map, cell_line);
     }
-    for (const EdgeName& edge : edge_names(*parts.content.cell, parts.film, 0.7 * em)) {
-      const Point at = parts.place_of(edge, map);
-      Pen pen(parts.font, parts.line, {at.x - em / 2, at.y - em / 2, em, em});
+    for (const EdgeName& edge : edge_names(*content_.cell, film_, 0.7 * em)) {
+      const Point at = place_of(edge, map);
+      Pen pen(font_, line_, {at.x - em / 2, at.y - em / 2, em, em});
       pen.centered(at.x, at.y + 0.27 * em, std::string(1, edge.name));
       pen.draw_on(canvas);
     }
   }
-  for (const Placed& label : parts.placed) {
-    Pen pen(parts.font, parts.line, label.box);
+  for (const Placed& label : placed_) {
+    Pen pen(font_, line_, label.box);
     label.block->draw(pen, {label.box.x, label.box.y});
     pen.draw_on(canvas);
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/view/free_area.h"
+#include "cli/output/labels/block.h"
 #include "cli/output/labels/cell_lines.h"
 #include "common/image/image.h"
 #include "common/scene/scene.h"
@@ -38,10 +38,6 @@ double dots_per_inch(const LabelSettings& settings, double width);
 /// the unit of the settings, if they have one. A blank unit means no unit.
 void set_title(Legend& legend, const LabelSettings& settings);
 
-/// Returns the length of a scale bar in the scene's unit: the largest round length (round_below())
-/// that takes at most `most_pixels`.
-double scale_bar_length(double pixels_per_unit, double most_pixels);
-
 /// The labels of a picture with their places. They are made before tracing, so that errors come
 /// early. They are drawn after tracing.
 class Labels {
@@ -50,8 +46,6 @@ class Labels {
   /// what a label shows, the font lacks a character, or labels do not fit. Throws RunError if the
   /// font is missing.
   explicit Labels(LabelContent content);
-  ~Labels();
-  Labels(Labels&&) noexcept;
 
   /// Returns the places that labels of `content` need, with gaps. The camera may still move away
   /// after this call: the place of the scale bar suffices for cameras that show the scene up to ten
@@ -67,8 +61,25 @@ class Labels {
   void draw(Image& image, std::vector<float>& alpha, const DepthMap& map) const;
 
  private:
-  struct Parts;
-  std::unique_ptr<const Parts> parts_;
+  void make_blocks();
+  void add_legends();
+  void add_scale_bar();
+  [[nodiscard]] double longest_bar() const;
+  [[nodiscard]] Block scale_bar(double length, double pixels) const;
+  [[nodiscard]] double widest_bar() const;
+  [[nodiscard]] std::string unit() const;
+  [[nodiscard]] Point place_of(const EdgeName& edge, const DepthMap& map) const;
+
+  LabelContent content_;
+  double width_, height_;
+  double dpi_;
+  Font font_;
+  double line_;
+  CameraFilm film_;
+  double margin_;
+  BlockStyle style_;
+  std::vector<Block> blocks_;
+  std::vector<Placed> placed_;
 };
 
 }  // namespace parray::labels

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -20,6 +21,25 @@ struct Channel {
   friend bool operator==(const Channel&, const Channel&) = default;
 };
 using Channels = std::vector<Channel>;
+
+/// Returns the values of a channel. Null: there is no such channel with values of this type.
+template <typename Value>
+const std::vector<Value>* values_in(const Channels& channels, std::string_view name) {
+  for (const Channel& channel : channels) {
+    const auto* const values = std::get_if<std::vector<Value>>(&channel.values);
+    if (channel.name == name && values != nullptr) return values;
+  }
+  return nullptr;
+}
+
+/// Adds the channels `prefix` + "R", "G" and "B". `rgb` has these three values for each pixel.
+void add_rgb(Channels& channels, const std::string& prefix, const auto& rgb) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<float> values(rgb.size() / 3);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(rgb[3 * i + c]);
+    channels.push_back({prefix + "RGB"[c], std::move(values)});
+  }
+}
 
 /// The channel of Aov::samples. Tracing the picture again needs it.
 inline constexpr const char* samples_channel = "samples";

@@ -1,5 +1,3 @@
-#include "cli/output/picture/exr_codec.h"
-
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfChromaticities.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
@@ -27,7 +25,7 @@
 #include <variant>
 #include <vector>
 
-#include "cli/output/picture/image_limits.h"
+#include "cli/output/picture/codecs.h"
 #include "common/base/error.h"
 
 namespace parray::picture {
@@ -136,23 +134,21 @@ std::string write(const std::string& name, const Image& image, const ImageMetada
   if (!file) return std::generic_category().message(errno);
   CheckedStream stream(file.get(), name);
   try {
-    Imf::OutputFile out(stream, header_of(image, metadata, channels, fast), no_threads);
-    out.setFrameBuffer(frame_of(image, channels));
-    const int height = static_cast<int>(image.height);
-    const int step = rows_in_strip(image.width, 3 + channels.size());
-    for (int y = 0; y < height; y += step) {
-      if (between_strips) between_strips();
-      out.writePixels(std::min(step, height - y));
+    {
+      Imf::OutputFile out(stream, header_of(image, metadata, channels, fast), no_threads);
+      out.setFrameBuffer(frame_of(image, channels));
+      const int height = static_cast<int>(image.height);
+      const int step = rows_in_strip(image.width, 3 + channels.size());
+      for (int y = 0; y < height; y += step) {
+        if (between_strips) between_strips();
+        out.writePixels(std::min(step, height - y));
+      }
     }
+    stream.flush();
   } catch (const std::system_error& error) {
     return error.code().message();
   } catch (const Iex::BaseExc& error) {
     return errno != 0 ? std::generic_category().message(errno) : error.what();
-  }
-  try {
-    stream.flush();
-  } catch (const std::system_error& error) {
-    return error.code().message();
   }
   return "";
 }

@@ -1,16 +1,12 @@
-#include "cli/output/picture/image_codec.h"
-
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <utility>
-#include <vector>
 
-#include "cli/output/picture/image_limits.h"
+#include "cli/output/picture/codecs.h"
 #include "cli/output/picture/srgb.h"
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
@@ -41,20 +37,20 @@ OIIO::ImageSpec spec_of(const OtherPicture& picture) {
     spec.attribute("YResolution", static_cast<float>(picture.dpi));
     spec.attribute("ResolutionUnit", "in");
   }
-  if (picture.kind == OtherKind::jpeg) {
+  if (picture.format == Format::jpeg) {
     spec.attribute("Compression", "jpeg:95");
     spec.attribute("jpeg:subsampling", "4:4:4");
   }
-  if (picture.kind == OtherKind::tiff) spec.attribute("Compression", "zip");
+  if (picture.format == Format::tiff) spec.attribute("Compression", "zip");
   if (!picture.description.empty()) spec.attribute("ImageDescription", picture.description);
   return spec;
 }
 
 std::string write(const std::string& name, const OtherPicture& picture) {
   keep_library_single_threaded();
-  const auto out = OIIO::ImageOutput::create(picture.kind == OtherKind::tiff   ? "tiff"
-                                             : picture.kind == OtherKind::jpeg ? "jpeg"
-                                                                               : "jpeg2000");
+  const auto out = OIIO::ImageOutput::create(picture.format == Format::tiff   ? "tiff"
+                                             : picture.format == Format::jpeg ? "jpeg"
+                                                                              : "jpeg2000");
   if (!out) return one_line(OIIO::geterror());
   if (!out->open(name, spec_of(picture)) ||
       !out->write_image(OIIO::TypeDesc::UINT8, picture.bytes.data()) || !out->close()) {

@@ -5,18 +5,14 @@
 #include <bit>
 #include <cerrno>
 #include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <system_error>
 
-#include "cli/output/picture/exr_codec.h"
-#include "cli/output/picture/image_codec.h"
+#include "cli/output/picture/codecs.h"
 #include "cli/output/picture/partial_file.h"
-#include "cli/output/picture/png_file.h"
 #include "cli/output/picture/srgb.h"
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
@@ -26,6 +22,23 @@
 
 namespace parray::picture {
 namespace {
+
+/// Largest range of integers in which a double represents each one.
+constexpr std::uint64_t most_exact = std::uint64_t{1} << 53;
+
+MetadataValue kept_in_exr(const MetadataValue& value) {
+  const auto* const whole = std::get_if<std::uint64_t>(&value);
+  if (whole == nullptr || *whole <= std::numeric_limits<std::int32_t>::max()) return value;
+  if (*whole <= most_exact) return static_cast<double>(*whole);
+  return text_of(value);
+}
+
+const MetadataValue* value_in(const ImageMetadata& metadata, std::string_view name) {
+  for (const auto& [key, value] : metadata) {
+    if (key == name) return &value;
+  }
+  return nullptr;
+}
 
 /// Returns the next number. Returns 0 at the end of the file.
 std::uint32_t next_number(std::ifstream& in) {
@@ -74,8 +87,6 @@ void check_exr_attributes(const std::filesystem::path& path) {
 }
 
 namespace fs = std::filesystem;
-
-enum class Format { exr, png, tiff, jpeg, jpeg2000, unknown };
 
 /// Returns the format to write, by the file's extension.
 Format format_of(const fs::path& path) {
@@ -134,11 +145,6 @@ const ImageCodec& codec() {
   return loaded;
 }
 
-OtherKind other_kind(Format format) {
-  if (format == Format::tiff) return OtherKind::tiff;
-  return format == Format::jpeg ? OtherKind::jpeg : OtherKind::jpeg2000;
-}
-
 /// Key of the description of a TIFF file, which contains the metadata as a JSON map.
 constexpr std::string_view description = "ImageDescription";
 
@@ -160,16 +166,57 @@ ImageMetadata described(ImageMetadata found) {
   return metadata;
 }
 
-std::string write_other(const std::string& file, OtherKind kind, const Image& image,
+std::string write_other(const std::string& file, Format format, const Image& image,
                         const ImageMetadata& metadata, std::span<const float> alpha) {
   return codec().write(file,
-                       {kind, image.width, image.height, !alpha.empty(),
+                       {format, image.width, image.height, !alpha.empty(),
                         alpha.empty() ? srgb_bytes(image.rgb) : transparent_bytes(image.rgb, alpha),
-                        kind == OtherKind::tiff ? description_of(metadata) : std::string(),
+                        format == Format::tiff ? description_of(metadata) : std::string(),
                         real_in(metadata, dpi_key).value_or(0)});
 }
 
 }  // namespace
+
+std::string text_of(const MetadataValue& value) {
+  if (const auto* const whole = std::get_if<std::uint64_t>(&value)) return std::to_string(*whole);
+  if (const auto* const real = std::get_if<double>(&value)) return number_text(*real);
+  return std::get<std::string>(value);
+}
+
+ImageMetadata as_kept(const ImageMetadata& metadata, bool exr) {
+  ImageMetadata kept;
+  for (const auto& [name, value] : metadata) {
+    kept.emplace_back(name, exr ? kept_in_exr(value) : MetadataValue(text_of(value)));
+  }
+  return kept;
+}
+
+std::optional<std::string> text_in(const ImageMetadata& metadata, std::string_view name) {
+  const MetadataValue* const value = value_in(metadata, name);
+  const auto* const text = value == nullptr ? nullptr : std::get_if<std::string>(value);
+  return text == nullptr ? std::nullopt : std::optional(*text);
+}
+
+std::optional<std::uint64_t> whole_in(const ImageMetadata& metadata, std::string_view name) {
+  const MetadataValue* const value = value_in(metadata, name);
+  if (value == nullptr) return std::nullopt;
+  if (const auto* const whole = std::get_if<std::uint64_t>(value)) return *whole;
+  if (const auto* const text = std::get_if<std::string>(value)) return parsed<std::uint64_t>(*text);
+  const double real = std::get<double>(*value);
+  const bool exact = real >= 0 && real <= static_cast<double>(most_exact);
+  const auto whole = static_cast<std::uint64_t>(exact ? real : 0);
+  return exact && static_cast<double>(whole) == real ? std::optional(whole) : std::nullopt;
+}
+
+std::optional<double> real_in(const ImageMetadata& metadata, std::string_view name) {
+  const MetadataValue* const value = value_in(metadata, name);
+  if (value == nullptr) return std::nullopt;
+  if (const auto* const text = std::get_if<std::string>(value)) return parsed<double>(*text);
+  if (const auto* const whole = std::get_if<std::uint64_t>(value)) {
+    return static_cast<double>(*whole);
+  }
+  return std::get<double>(*value);
+}
 
 void check_image_path(const fs::path& path) {
   check_output_path(path);
@@ -224,7 +271,7 @@ static void write_partial(const PartialFile& file, const fs::path& path, const I
   const std::string problem =
       format == Format::exr   ? exr_codec().write(name, image, kept, channels, between_strips, fast)
       : format == Format::png ? write_png(name, image, kept, between_strips, fast, alpha)
-                              : write_other(name, other_kind(format), image, metadata, alpha);
+                              : write_other(name, format, image, metadata, alpha);
   if (!problem.empty()) throw RunError("writing " + path.string() + ": " + problem);
 }
 
@@ -265,10 +312,7 @@ ImageFile read_image(const fs::path& path) {
       check_exr_attributes(path);
       return exr_codec().read(path.string());
     }
-    if (format == Format::png) {
-      check_png_chunks(path);
-      return read_png(path.string());
-    }
+    if (format == Format::png) return read_png(path.string());
     if (!has_image_codec()) {
       throw InputError(path.string() +
                        ": is neither EXR nor PNG, and this ParRay has no OpenImageIO, which reads "

@@ -1,5 +1,3 @@
-#include "cli/output/picture/png_file.h"
-
 #include <png.h>
 #include <zlib.h>
 
@@ -15,12 +13,11 @@
 #include <fstream>
 #include <memory>
 #include <span>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
-#include "cli/output/picture/image_limits.h"
+#include "cli/output/picture/codecs.h"
 #include "cli/output/picture/srgb.h"
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
@@ -28,16 +25,38 @@
 namespace parray::picture {
 namespace {
 
-/// Writes with libpng. A step that fails jumps back into attempt(). Therefore steps must not have
-/// objects with destructors.
-class PngWriter {
- public:
-  explicit PngWriter(std::FILE* file)
-      : file_(file),
-        png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
+/// Calls libpng. A step that fails jumps back into attempt(). Therefore steps must not have objects
+/// with destructors.
+class PngSteps {
+ protected:
+  /// `create`: png_create_write_struct() or png_create_read_struct().
+  explicit PngSteps(decltype(png_create_read_struct)& create)
+      : png_(create(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
         info_(png_ == nullptr ? nullptr : png_create_info_struct(png_)) {
     if (info_ == nullptr) problem_ = "not enough memory";
   }
+
+  void attempt(const auto& step) {
+    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
+    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
+  }
+
+  std::string problem_;
+  png_structp png_;
+  png_infop info_;
+
+ private:
+  static void on_error(png_structp png, png_const_charp message) {
+    auto& problem = static_cast<PngSteps*>(png_get_error_ptr(png))->problem_;
+    if (problem.empty()) problem = message;
+    png_longjmp(png, 1);
+  }
+  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
+};
+
+class PngWriter : PngSteps {
+ public:
+  explicit PngWriter(std::FILE* file) : PngSteps(png_create_write_struct), file_(file) {}
   ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
   PngWriter& operator=(PngWriter&&) = delete;
 
@@ -79,11 +98,6 @@ class PngWriter {
   }
 
  private:
-  void attempt(const auto& step) {
-    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
-    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
-  }
-
   /// Uses an international text chunk, because plain text chunks are Latin-1 and ParRay's texts are
   /// UTF-8.
   static png_text text_chunk(const std::pair<std::string, MetadataValue>& entry) {
@@ -96,12 +110,6 @@ class PngWriter {
     return chunk;
   }
 
-  static void on_error(png_structp png, png_const_charp message) {
-    auto& problem = static_cast<PngWriter*>(png_get_error_ptr(png))->problem_;
-    if (problem.empty()) problem = message;
-    png_longjmp(png, 1);
-  }
-  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
   static void on_write(png_structp png, png_bytep bytes, std::size_t size) {
     auto& writer = *static_cast<PngWriter*>(png_get_io_ptr(png));
     errno = 0;
@@ -114,18 +122,12 @@ class PngWriter {
   void note_errno() { problem_ = std::generic_category().message(errno != 0 ? errno : EIO); }
 
   std::FILE* file_;
-  std::string problem_;
-  png_structp png_;
-  png_infop info_;
 };
 
-/// Reads with libpng as 8-bit RGB or RGBA, for any form of the file. For errors see PngWriter.
-class PngReader {
+/// Reads as 8-bit RGB or RGBA, for any form of the file.
+class PngReader : PngSteps {
  public:
-  explicit PngReader(std::FILE* file)
-      : png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning)),
-        info_(png_ == nullptr ? nullptr : png_create_info_struct(png_)) {
-    if (info_ == nullptr) problem_ = "not enough memory";
+  explicit PngReader(std::FILE* file) : PngSteps(png_create_read_struct) {
     attempt([&] {
       png_init_io(png_, file);
       png_read_info(png_, info_);
@@ -171,21 +173,6 @@ class PngReader {
     }
     return metadata;
   }
-
- private:
-  void attempt(const auto& step) {
-    // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
-    if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
-  }
-  static void on_error(png_structp png, png_const_charp message) {
-    static_cast<PngReader*>(png_get_error_ptr(png))->problem_ = message;
-    png_longjmp(png, 1);
-  }
-  static void on_warning(png_structp /*png*/, png_const_charp /*message*/) {}
-
-  std::string problem_;
-  png_structp png_;
-  png_infop info_;
 };
 
 /// Premultiplies the colours of `file` by the alpha of `bytes`: red, green, blue, alpha of each
@@ -215,9 +202,51 @@ void set_linear(const std::uint8_t* bytes, std::size_t stride, Image& image) {
   }
 }
 
+/// Throws InputError "FILE: reason" for a PNG file that is truncated or has a chunk with a wrong
+/// checksum. The library would find such errors too, but prints lines of its own.
+///
+/// Format: https://www.w3.org/TR/png-3/#5Chunk-layout
+void check_chunks(const std::string& path) {
+  constexpr std::size_t signature = 8;
+  constexpr std::size_t around = 12;  // length, type and checksum
+  std::ifstream in(path, std::ios::binary);
+  in.seekg(signature);
+  const auto refuse = [&](const char* reason) {
+    throw InputError(path + ": " + reason + ": copy or render it again");
+  };
+  std::error_code error;
+  std::uint64_t left = std::filesystem::file_size(path, error) - signature;
+  if (error) return;  // the size of the file is unknown
+  const auto next = [&in](std::span<unsigned char> bytes) {
+    in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  };
+  std::vector<unsigned char> block(std::size_t{1} << 16);
+  for (;;) {
+    if (left < around) refuse("the PNG file is truncated");
+    std::array<unsigned char, 8> begin{};
+    next(begin);
+    std::uint64_t data = png_get_uint_32(begin.data());
+    if (data > left - around) refuse("the PNG file is truncated");
+    left -= data + around;
+    uLong sum = crc32(0, begin.data() + 4, 4);
+    while (data > 0) {
+      const auto part = std::span(block).first(std::min<std::uint64_t>(data, block.size()));
+      next(part);
+      sum = crc32(sum, part.data(), static_cast<uInt>(part.size()));
+      data -= part.size();
+    }
+    std::array<unsigned char, 4> end{};
+    next(end);
+    if (!in) refuse("the PNG file cannot be read");
+    if (png_get_uint_32(end.data()) != sum) refuse("the PNG file is damaged");
+    if (std::memcmp(begin.data() + 4, "IEND", 4) == 0) return;
+  }
+}
+
 }  // namespace
 
 ImageFile read_png(const std::string& path) {
+  check_chunks(path);
   const auto refuse = [&](const std::string& reason) { throw InputError(path + ": " + reason); };
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(path.c_str(), "rbe"),
                                                                std::fclose);
@@ -266,47 +295,6 @@ std::string write_png(const std::string& file, const Image& image, const ImageMe
     }
   }
   return writer.finish();
-}
-
-void check_png_chunks(const std::filesystem::path& path) {
-  constexpr std::string_view signature{"\x89PNG\r\n\x1a\n"};
-  constexpr std::size_t around = 12;  // length, type and checksum
-  std::ifstream in(path, std::ios::binary);
-  std::array<char, signature.size()> head{};
-  if (!in.read(head.data(), head.size()) ||
-      std::string_view(head.data(), head.size()) != signature) {
-    return;
-  }
-  const auto refuse = [&](const char* reason) {
-    throw InputError(path.string() + ": " + reason + ": copy or render it again");
-  };
-  std::error_code error;
-  std::uint64_t left = std::filesystem::file_size(path, error) - signature.size();
-  if (error) return;  // the size of the file is unknown
-  const auto next = [&in](std::span<unsigned char> bytes) {
-    in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  };
-  std::vector<unsigned char> block(std::size_t{1} << 16);
-  for (;;) {
-    if (left < around) refuse("the PNG file is truncated");
-    std::array<unsigned char, 8> begin{};
-    next(begin);
-    std::uint64_t data = png_get_uint_32(begin.data());
-    if (data > left - around) refuse("the PNG file is truncated");
-    left -= data + around;
-    uLong sum = crc32(0, begin.data() + 4, 4);
-    while (data > 0) {
-      const auto part = std::span(block).first(std::min<std::uint64_t>(data, block.size()));
-      next(part);
-      sum = crc32(sum, part.data(), static_cast<uInt>(part.size()));
-      data -= part.size();
-    }
-    std::array<unsigned char, 4> end{};
-    next(end);
-    if (!in) refuse("the PNG file cannot be read");
-    if (png_get_uint_32(end.data()) != sum) refuse("the PNG file is damaged");
-    if (std::memcmp(begin.data() + 4, "IEND", 4) == 0) return;
-  }
 }
 
 }  // namespace parray::picture

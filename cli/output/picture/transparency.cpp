@@ -17,11 +17,8 @@ std::uint8_t alpha_byte(float alpha) {
 }  // namespace
 
 std::span<const float> alpha_of(const Channels& channels) {
-  for (const Channel& channel : channels) {
-    const auto* const values = std::get_if<std::vector<float>>(&channel.values);
-    if (channel.name == alpha_channel && values != nullptr) return *values;
-  }
-  return {};
+  const auto* const values = values_in<float>(channels, alpha_channel);
+  return values == nullptr ? std::span<const float>() : *values;
 }
 
 TransparentPixel without_sky(const std::array<float, 3>& mean, const SkySamples& sky,

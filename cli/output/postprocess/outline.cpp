@@ -1,16 +1,24 @@
 #include "cli/output/postprocess/outline.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/output/labels/camera_film.h"
-#include "cli/output/labels/coverage.h"
+#include "cli/output/labels/canvas.h"
 #include "common/base/bands.h"
 
 namespace parray::postprocess {
 namespace {
+
+/// Returns whether the test is true for a pixel and its left, right, upper and lower neighbours.
+bool all_around(std::size_t pixel, std::size_t width, std::size_t count, const auto& test) {
+  return test(pixel) && (pixel % width == 0 || test(pixel - 1)) &&
+         (pixel % width == width - 1 || test(pixel + 1)) &&
+         (pixel < width || test(pixel - width)) && (pixel + width >= count || test(pixel + width));
+}
 
 constexpr std::uint32_t sky = UINT32_MAX;
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -124,19 +132,23 @@ class Outliner {
     return {film, {0, 0, 1}};
   }
 
+  /// Calls `use` with the sphere in each pixel of the picture up to `reach` pixels away.
+  void around(int x, int y, int reach, const auto& use) const {
+    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height_ - 1); ++v) {
+      for (int u = std::max(x - reach, 0); u <= std::min(x + reach, width_ - 1); ++u) use(at(u, v));
+    }
+  }
+
   /// Collects the spheres that are seen up to `reach` pixels away, without repetition.
   void collect(int x, int y, int reach, std::vector<std::uint32_t>& near) const {
     near.clear();
-    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height_ - 1); ++v) {
-      for (int u = std::max(x - reach, 0); u <= std::min(x + reach, width_ - 1); ++u) {
-        const std::uint32_t number = at(u, v);
-        if (is_background(number)) continue;
-        if (near.empty() ||
-            (near.back() != number && std::ranges::find(near, number) == near.end())) {
-          near.push_back(number);
-        }
+    around(x, y, reach, [&](std::uint32_t number) {
+      if (is_background(number)) return;
+      if (near.empty() ||
+          (near.back() != number && std::ranges::find(near, number) == near.end())) {
+        near.push_back(number);
       }
-    }
+    });
   }
 
   /// Computes the silhouette from the first terms of Taylor's series. It is precise enough some
@@ -158,11 +170,7 @@ class Outliner {
 
   /// Calls `use` with the sphere in the pixel of a point and in its neighbours inside the picture.
   void around(const Point& point, const auto& use) const {
-    const int x = static_cast<int>(std::floor(point.x));
-    const int y = static_cast<int>(std::floor(point.y));
-    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height_ - 1); ++v) {
-      for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width_ - 1); ++u) use(at(u, v));
-    }
+    around(static_cast<int>(std::floor(point.x)), static_cast<int>(std::floor(point.y)), 1, use);
   }
 
   /// Returns the distance in depth from the silhouette, at `depth`, to what is visible beside it.
@@ -219,16 +227,13 @@ std::vector<char> grown(const std::vector<char>& marks, int width, int height, i
   std::vector<char> out(marks.size());
   const auto spread = [reach](const std::vector<char>& from, std::vector<char>& to,
                               std::size_t start, std::size_t stride, int count) {
-    int left = 0;  // number of places still within reach of the last mark
-    const auto place = [&](int i) { return start + static_cast<std::size_t>(i) * stride; };
-    for (int i = 0; i < count; ++i) {
-      left = from[place(i)] != 0 ? reach + 1 : left - 1;
-      if (left > 0) to[place(i)] = 1;
-    }
-    left = 0;
-    for (int i = count - 1; i >= 0; --i) {
-      left = from[place(i)] != 0 ? reach + 1 : left - 1;
-      if (left > 0) to[place(i)] = 1;
+    for (const bool forward : {true, false}) {
+      int left = 0;  // number of places still within reach of the last mark
+      for (int i = 0; i < count; ++i) {
+        const auto place = static_cast<std::size_t>(forward ? i : count - 1 - i);
+        left = from[start + place * stride] != 0 ? reach + 1 : left - 1;
+        if (left > 0) to[start + place * stride] = 1;
+      }
     }
   };
   const auto row = static_cast<std::size_t>(width);
@@ -238,6 +243,60 @@ std::vector<char> grown(const std::vector<char>& marks, int width, int height, i
 }
 
 }  // namespace
+
+DepthFade::DepthFade(const SeenSpheres& seen, std::uint32_t width, double strength)
+    : strength_(strength) {
+  const auto in_front = [&](std::size_t pixel) { return !seen.background(pixel); };
+  const std::size_t count = seen.sphere.size();
+  NumberBounds inner;
+  NumberBounds all;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!in_front(i) || !std::isfinite(seen.depth[i]) || seen.depth[i] > seen.farthest) continue;
+    all.add(seen.depth[i]);
+    if (all_around(i, width, count, in_front)) inner.add(seen.depth[i]);
+  }
+  const NumberBounds& range = inner.empty() ? all : inner;
+  if (range.empty()) return;
+  nearest_ = range.low;
+  range_ = range.high - range.low;
+}
+
+double DepthFade::operator()(double depth) const {
+  return range_ > 0 ? strength_ * std::clamp((depth - nearest_) / range_, 0.0, 1.0) : 0;
+}
+
+Vec3d background_color(const Image& image, const SeenSpheres& seen, const Scene& scene) {
+  const auto background = [&](std::size_t pixel) { return seen.background(pixel); };
+  const std::size_t count = seen.sphere.size();
+  std::array<double, 3> sum{};
+  std::size_t pixels = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!all_around(i, image.width, count, background)) continue;
+    ++pixels;
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += std::min(image.rgb[3 * i + c], 1.0F);
+  }
+  const Camera& camera = scene.camera;
+  const double up = normalize(camera.look_at - camera.look_from).y;
+  const Vec3d sky = scene.sky.horizon + ((up + 1) / 2) * (scene.sky.zenith - scene.sky.horizon);
+  if (pixels == 0) return {std::min(sky.x, 1.0), std::min(sky.y, 1.0), std::min(sky.z, 1.0)};
+  const double share = 1 / static_cast<double>(pixels);
+  return share * Vec3d{sum[0], sum[1], sum[2]};
+}
+
+void fade(Image& image, std::vector<float>& alpha, const SeenSpheres& seen, const DepthFade& fade,
+          const Vec3d& background) {
+  const std::array<double, 3> far{background.x, background.y, background.z};
+  for (std::size_t i = 0; i < seen.sphere.size(); ++i) {
+    const bool staged = seen.sphere[i] < seen.scenery;
+    if (staged || !std::isfinite(seen.depth[i])) continue;
+    const double lost = fade(seen.depth[i]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& value = image.rgb[3 * i + c];
+      value = static_cast<float>((1 - lost) * value + (alpha.empty() ? lost * far[c] : 0));
+    }
+    if (!alpha.empty()) alpha[i] = static_cast<float>((1 - lost) * alpha[i]);
+  }
+}
 
 std::vector<float> outline_of(const Scene& scene, std::uint32_t width, std::uint32_t height,
                               const SeenSpheres& seen, double line_width, const DepthFade& fade,

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "cli/output/labels/font.h"
+#include "cli/output/labels/canvas.h"
 #include "cli/output/text.h"
 #include "tests/support/rooms.h"
 

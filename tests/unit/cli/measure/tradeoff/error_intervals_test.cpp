@@ -1,4 +1,4 @@
-#include "cli/measure/tradeoff/error_intervals.h"
+#include "cli/measure/tradeoff/analysis.h"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,6 @@
-#include "cli/measure/tradeoff/plots.h"
-
 #include <doctest/doctest.h>
 
+#include "cli/measure/tradeoff/tradeoff_results.h"
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"
 #include "common/scene/settings.h"

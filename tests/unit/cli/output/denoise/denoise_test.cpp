@@ -92,7 +92,8 @@ Traced traced(std::uint32_t samples, int threads, std::uint64_t seed = 1) {
   GrowingPicture picture(noisy.settings, largest_radiance(noisy.scene));
   picture.trace(*tracer, std::vector<std::uint32_t>(picture.pixels.size(), samples));
   return {replicates_of(picture.state()),
-          trace_features(*tracer, noisy.scene, noisy.settings, samples, threads)};
+          trace_features(*tracer, *steady_tracer(*tracer, noisy.scene, noisy.settings), noisy.scene,
+                         noisy.settings, samples, threads)};
 }
 
 }  // namespace
@@ -229,7 +230,9 @@ TEST_CASE("tracing features and denoising can be stopped") {
   const NoisyScene noisy = noisy_scenes(40, 30)[0];
   const auto tracer = make_path_tracer(noisy.scene, noisy.settings);
   const auto stop = [] { throw std::runtime_error("enough"); };
-  CHECK_THROWS_WITH(trace_features(*tracer, noisy.scene, noisy.settings, 8, 1, stop), "enough");
+  CHECK_THROWS_WITH(trace_features(*tracer, *steady_tracer(*tracer, noisy.scene, noisy.settings),
+                                   noisy.scene, noisy.settings, 8, 1, stop),
+                    "enough");
   const MadeUp picture(16, 16, 0.1, 1, smooth);
   CHECK_THROWS_WITH(denoise::denoise(picture.replicates, picture.features, 1, Isa::automatic, stop),
                     "enough");

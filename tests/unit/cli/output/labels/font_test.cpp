@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "cli/output/labels/coverage.h"
+#include "cli/output/labels/canvas.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"

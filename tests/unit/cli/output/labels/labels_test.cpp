@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cli/output/labels/block.h"
+#include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
 #include "common/scene/settings.h"
 #include "tests/support/message_of.h"
@@ -181,7 +182,7 @@ TEST_CASE("a scale bar is as long as the camera shows that length at look_at, to
   LabelContent content = content_of(800, 600);
   content.settings = {.scale_bar = true, .unit = "angstrom"};
   const CameraFilm film(content.camera, 800, 600);
-  const double length = scale_bar_length(film.pixels_per_unit(10), 200);
+  const double length = round_below(200 / film.pixels_per_unit(10));
   // Two points so far apart, in the plane through look_at.
   const Point left = film.shown(film.seen({-length / 2, 0, 0}));
   const Point right = film.shown(film.seen({length / 2, 0, 0}));

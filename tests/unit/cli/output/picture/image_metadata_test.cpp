@@ -1,9 +1,8 @@
-#include "cli/output/picture/image_metadata.h"
-
 #include <doctest/doctest.h>
 
 #include <limits>
 
+#include "cli/output/picture/image_file.h"
 #include "tests/support/rooms.h"
 
 namespace parray {

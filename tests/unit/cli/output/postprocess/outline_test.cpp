@@ -8,7 +8,6 @@
 #include <numbers>
 #include <vector>
 
-#include "cli/output/postprocess/depth_cue.h"
 #include "tests/support/rooms.h"
 
 /// Lines around spheres and the fading of what is far, over pictures of which every pixel is known.

@@ -1,9 +1,8 @@
-#include "cli/output/postprocess/sheet.h"
-
 #include <doctest/doctest.h>
 
 #include <vector>
 
+#include "cli/output/postprocess/postprocessing.h"
 #include "tests/support/rooms.h"
 
 /// Several pictures in one.
