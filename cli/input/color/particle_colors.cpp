@@ -160,7 +160,7 @@ void each_block(const NumberSource& source, std::size_t begin, std::size_t end, 
   std::array<double, block_size> values{};
   for (std::size_t first = begin; first < end; first += block_size) {
     const std::span<double> some = std::span(values).first(std::min(block_size, end - first));
-    source.values(first, some);
+    source(first, some);
     take(first, some);
   }
 }
@@ -297,8 +297,8 @@ std::vector<Vec3d> samples_of(ColorMap map, std::size_t count) {
 }
 
 NumberSource source_of(const std::string& by, const Particles& particles) {
-  const std::optional<NumberSource> source = NumberSource::of(by, particles);
-  if (source) return *source;
+  NumberSource source = number_source(by, particles);
+  if (source) return source;
   if (is_number_column(by)) throw UnknownNumber(by);
   throw SourceError("color_by", "the file has no " + printable(by) + " column");
 }
@@ -373,20 +373,15 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
   if (misfits.unknown > 0 || contains(coloring.names, not_known)) {
     colors.legend.entries.push_back({not_known, color_of_unknown(map), misfits.unknown});
   }
-  if (misfits.unknown > 0) {
-    particles.facts.notes.push_back(
-        {"unknown_numbers", misfits.unknown,
-         particles_word(misfits.unknown) +
-             (kind == NumberScale::log ? " without a positive " : " without a known ") +
-             printable(coloring.by) + ", in a separate colour"});
-  }
-  if (misfits.clipped > 0) {
-    particles.facts.notes.push_back({"clipped", misfits.clipped,
-                                     particles_word(misfits.clipped) + " whose " +
-                                         printable(coloring.by) + " is outside " +
-                                         number_text(scale.low) + " to " + number_text(scale.high) +
-                                         ", in the colour of the nearer end"});
-  }
+  particles.facts.note(
+      "unknown_numbers", misfits.unknown,
+      particles_word(misfits.unknown) +
+          (kind == NumberScale::log ? " without a positive " : " without a known ") +
+          printable(coloring.by) + ", in a separate colour");
+  particles.facts.note("clipped", misfits.clipped,
+                       particles_word(misfits.clipped) + " whose " + printable(coloring.by) +
+                           " is outside " + number_text(scale.low) + " to " +
+                           number_text(scale.high) + ", in the colour of the nearer end");
   return colors;
 }
 

@@ -24,24 +24,17 @@ const char* needs_cell(const CellOperations& operations) {
 }
 
 void center_selection(const std::string& text, Particles& particles, int threads) {
-  const Selection selection(text);
-  const ParticleMask mask = selection.mask(particles, threads);
-  if (std::ranges::count(mask, 1) == 0) {
-    const std::string there_is = selection.what_there_is(particles);
-    throw InputError("no particle is selected: " + (there_is.empty() ? "select some" : there_is));
-  }
-  center_on(particles, mask);
+  center_on(particles,
+            Selection(text).some(particles, threads, "no particle is selected: ", "select some"));
 }
 
 void add_boundary(const Replicas& replicas, Particles& particles) {
   constexpr double share = 1e-3;  // of an edge of the file's cell
   const auto& [a, b, c] = replicas.counts;
   const std::uint64_t copies = add_boundary_copies(particles, {share / a, share / b, share / c});
-  if (copies == 0) return;
-  particles.facts.notes.push_back(
-      {"boundary_copies", copies,
-       (copies == 1 ? "copy of an atom" : "copies of atoms") +
-           std::string(" on faces of the cell drawn on the opposite faces")});
+  particles.facts.note("boundary_copies", copies,
+                       in_number(copies, "copy of an atom", "copies of atoms") +
+                           " on faces of the cell drawn on the opposite faces");
 }
 
 void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {
@@ -56,12 +49,10 @@ void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {
 
 Molecules joined_molecules(Particles& particles) {
   Molecules molecules = blaming("whole", [&] { return make_whole(particles); });
-  if (molecules.endless > 0) {
-    particles.facts.notes.push_back(
-        {"endless_molecules", molecules.endless,
-         in_number(molecules.endless, "molecule bonds to itself", "molecules bond to themselves") +
-             " across the cell and cannot be made whole"});
-  }
+  particles.facts.note(
+      "endless_molecules", molecules.endless,
+      in_number(molecules.endless, "molecule bonds to itself", "molecules bond to themselves") +
+          " across the cell and cannot be made whole");
   return molecules;
 }
 

@@ -113,10 +113,9 @@ Order by_own_number(const std::vector<double>& numbers, const std::filesystem::p
     }
     order[sorted[place]] = place;
   }
-  facts.notes.push_back(
-      {"unsorted_atoms", numbers.size(),
-       "particles that are not sorted by id: the first atom of the topology belongs to "
-       "the smallest id, and so on"});
+  facts.note("unsorted_atoms", numbers.size(),
+             "particles that are not sorted by id: the first atom of the topology belongs to "
+             "the smallest id, and so on");
   return order;
 }
 
@@ -270,13 +269,13 @@ Particles read_particles(PackedFile& file, const ParticleRequest& request) {
   if (request.topology.empty()) {
     Particles particles = read(file, format, request);
     if (format.holds == ParticleFormat::Holds::positions) {
-      particles.facts.notes.push_back(
-          {"nameless", particles.count(),
-           in_number(
-               particles.count(),
-               "particle that has only positions in this file: add a topology to give it a name",
-               "particles that have only positions in this file: add a topology to give them "
-               "names")});
+      particles.facts.note(
+          "nameless", particles.count(),
+          in_number(
+              particles.count(),
+              "particle that has only positions in this file: add a topology to give it a name",
+              "particles that have only positions in this file: add a topology to give them "
+              "names"));
     }
     return particles;
   }

@@ -32,11 +32,11 @@ bool is_radius(double value) {
 
 /// Returns the number of each particle. All are finite.
 std::vector<double> numbers_in(const Particles& particles, const std::string& by) {
-  const std::optional<NumberSource> source = NumberSource::of(by, particles);
+  const NumberSource source = number_source(by, particles);
   if (!source && is_number_column(by)) throw UnknownNumber(by);
   if (!source) throw SourceError("radius_by", "the file has no " + printable(by) + " column");
   std::vector<double> numbers(particles.count());
-  source->values(0, numbers);
+  source(0, numbers);
   const auto unknown = std::ranges::find_if_not(numbers, [](double v) { return std::isfinite(v); });
   if (unknown != numbers.end()) {
     throw SourceError("radius_by", number_of_particle(by, particles, unknown - numbers.begin()) +

@@ -23,18 +23,12 @@ struct Owners {
 
 /// Returns the particles in a selection. Throws SourceError if there are none.
 ParticleMask selected(const std::string& text, const Particles& particles, int threads) {
-  try {
-    const Selection selection(text);
-    ParticleMask mask = selection.mask(particles, threads);
-    if (std::ranges::find(mask, 1) != mask.end()) return mask;
-    const std::string what_there_is = selection.what_there_is(particles);
-    throw InputError("the selection has none of " + std::to_string(particles.count()) +
-                     " particles: " + (what_there_is.empty() ? "select more" : what_there_is));
-  } catch (const UnknownNumber&) {
-    throw;
-  } catch (const InputError& error) {
-    throw SourceError("select", error.what());
-  }
+  return blaming("select", [&] {
+    return Selection(text).some(
+        particles, threads,
+        "the selection has none of " + std::to_string(particles.count()) + " particles: ",
+        "select more");
+  });
 }
 
 Owners owners_of(const Particles& particles, const std::vector<Representation>& shows,
@@ -65,16 +59,12 @@ std::vector<std::uint32_t> places_in(const ParticleMask& mask) {
   return places;
 }
 
-void add_notes(const Owners& owners, std::vector<ParticleNote>& notes) {
-  if (owners.shared > 0) {
-    notes.push_back(
-        {"shown_twice", owners.shared,
-         particles_word(owners.shared) + " in several representations, drawn as the last of them"});
-  }
+void add_notes(const Owners& owners, ParticleFacts& facts) {
+  facts.note(
+      "shown_twice", owners.shared,
+      particles_word(owners.shared) + " in several representations, drawn as the last of them");
   const auto left = static_cast<std::uint64_t>(std::ranges::count(owners.number, no_owner));
-  if (left > 0) {
-    notes.push_back({"not_shown", left, particles_word(left) + " in no representation, not shown"});
-  }
+  facts.note("not_shown", left, particles_word(left) + " in no representation, not shown");
 }
 
 }  // namespace
@@ -92,7 +82,7 @@ std::vector<ParticlePart> split(Particles& particles, const ParticleSource& sour
     add(std::move(particles), source.look, {}, {});
   } else {
     const Owners owners = owners_of(particles, source.shows, threads);
-    add_notes(owners, facts.notes);
+    add_notes(owners, facts);
     for (std::size_t show = 0; show < source.shows.size(); ++show) {
       ParticleMask mask(particles.count());
       std::ranges::transform(owners.number, mask.begin(), [show](std::uint16_t owner) {

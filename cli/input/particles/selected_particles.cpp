@@ -85,9 +85,8 @@ std::vector<DrawnBond> bonds_to_draw(const ParticleSource& source, Particles& pa
   std::vector<DrawnBond> bonds =
       blaming("bonds", [&] { return drawn_bonds(particles, source.bonds); });
   if (bonds.empty() && source.bonds != BondSource::off) {
-    particles.facts.notes.push_back(
-        {"no_bonds", particles.count(),
-         particles_word(particles.count()) + " without any bonds, so no sticks"});
+    particles.facts.note("no_bonds", particles.count(),
+                         particles_word(particles.count()) + " without any bonds, so no sticks");
   }
   return bonds;
 }
@@ -145,11 +144,11 @@ std::set<std::string, std::less<>> numbers_of(const ParticleSource& source) {
 void note_hidden_columns(const ParticleSource& source, Particles& particles) {
   for (const std::string& name : numbers_of(source)) {
     if (is_number_column(name) || particles.numbers_named(name) == nullptr) continue;
-    particles.facts.notes.push_back(
-        {"hidden_column", particles.count(),
-         particles_word(particles.count()) + " with a column " + name +
-             " that is not used: " + name + " is " +
-             (name == "index" ? "the position in the file" : "a fraction of the cell")});
+    particles.facts.note(
+        "hidden_column", particles.count(),
+        particles_word(particles.count()) + " with a column " + name +
+            " that is not used: " + name + " is " +
+            (name == "index" ? "the position in the file" : "a fraction of the cell"));
   }
 }
 

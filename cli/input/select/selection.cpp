@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/condition.h"
@@ -49,19 +49,16 @@ std::vector<std::string> symbols_of(const Particles& particles) {
 
 /// Returns "z from 0 to 31.5". Returns "" if no number is known.
 std::string extent_of(const std::string& name, const Particles& particles) {
-  const std::optional<NumberSource> source = NumberSource::of(name, particles);
+  const NumberSource source = number_source(name, particles);
   if (!source) return {};
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
+  NumberBounds bounds;
   for (std::size_t i = 0; i < particles.count(); ++i) {
     double value = 0;
-    source->values(i, {&value, 1});
-    if (!std::isfinite(value)) continue;
-    low = std::min(low, value);
-    high = std::max(high, value);
+    source(i, {&value, 1});
+    if (std::isfinite(value)) bounds.add(value);
   }
-  if (low > high) return {};
-  return printable(name) + " from " + number_text(low) + " to " + number_text(high);
+  if (bounds.empty()) return {};
+  return printable(name) + " from " + number_text(bounds.low) + " to " + number_text(bounds.high);
 }
 
 /// Adds to `texts` the values that the particles have for each leaf of an expression, without
@@ -123,7 +120,15 @@ Selection Selection::any_of(const std::vector<std::string>& classes) {
 }
 
 ParticleMask Selection::mask(const Particles& particles, int threads) const {
-  return Condition(root_, particles, threads).mask();
+  return mask_of(root_, particles, threads);
+}
+
+ParticleMask Selection::some(const Particles& particles, int threads, const std::string& problem,
+                             const char* otherwise) const {
+  ParticleMask selected = mask(particles, threads);
+  if (std::ranges::find(selected, 1) != selected.end()) return selected;
+  const std::string there_is = what_there_is(particles);
+  throw InputError(problem + (there_is.empty() ? otherwise : there_is));
 }
 
 std::string Selection::what_there_is(const Particles& particles) const {

@@ -56,6 +56,11 @@ class Selection {
   /// selection from any_of() names no character.
   [[nodiscard]] ParticleMask mask(const Particles& particles, int threads = 1) const;
 
+  /// Returns mask(). If that selects no particle, throws InputError: `problem`, then
+  /// what_there_is() or, if that is empty, `otherwise`.
+  [[nodiscard]] ParticleMask some(const Particles& particles, int threads,
+                                  const std::string& problem, const char* otherwise) const;
+
   /// Describes the values that the particles have in the columns that the selection uses: "there
   /// are chains A, B; z from 0 to 31.5". Returns "" if the selection uses none. Helps a user whose
   /// selection is empty.
