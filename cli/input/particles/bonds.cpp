@@ -5,7 +5,7 @@
 
 #include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/beads.h"
-#include "cli/input/particles/crystal_radii.h"
+#include "cli/input/particles/elements.h"
 #include "cli/input/particles/length_unit.h"
 #include "common/base/error.h"
 

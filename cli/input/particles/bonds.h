@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "cli/input/particles/cell.h"
 #include "cli/input/particles/particles.h"
-#include "cli/input/particles/periodic.h"
 
 namespace parray::input {
 

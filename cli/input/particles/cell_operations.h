@@ -5,8 +5,8 @@
 #include <set>
 #include <string>
 
+#include "cli/input/particles/cell.h"
 #include "cli/input/particles/particles.h"
-#include "cli/input/particles/periodic.h"
 
 namespace parray::input {
 

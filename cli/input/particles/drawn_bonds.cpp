@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "cli/input/particles/bonds.h"
-#include "cli/input/particles/crystal_radii.h"
+#include "cli/input/particles/cell.h"
+#include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_summary.h"
-#include "cli/input/particles/periodic.h"
 #include "cli/input/particles/residues.h"
 #include "cli/input/particles/stated_bonds.h"
 #include "cli/input/select/neighbour_grid.h"

@@ -9,8 +9,8 @@
 #include <unordered_map>
 
 #include "cli/input/particles/bonds.h"
+#include "cli/input/particles/cell.h"
 #include "cli/input/particles/particle_summary.h"
-#include "cli/input/particles/periodic.h"
 #include "common/base/error.h"
 
 namespace parray::input {

@@ -8,9 +8,8 @@
 #include <utility>
 
 #include "cli/input/particles/bonds.h"
-#include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/scene_file/material_table.h"
+#include "cli/input/scene_file/material_names.h"
 #include "common/base/bands.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"

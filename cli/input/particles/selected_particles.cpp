@@ -178,7 +178,7 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
     fail_in(source, place, error.key(), error.representation(), error.what());
   } catch (const InputError& error) {
     if (source.line == 0) throw;
-    place.at("file").fail(source.file_line, error.what());
+    place.at("file").fail(source.line_of("file"), error.what());
   }
 }
 

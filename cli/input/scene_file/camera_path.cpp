@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
-#include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_stream.h"
+#include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"

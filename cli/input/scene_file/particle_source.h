@@ -109,8 +109,7 @@ struct ParticleSource {
   /// Of the particles that `filter` shows, only those in one of these representations remain.
   /// Empty: all remain, with `look`.
   std::vector<Representation> shows{};
-  std::uint64_t line = 0;       ///< line of the item in the scene file, from 1; 0: from options
-  std::uint64_t file_line = 0;  ///< line of its member `file`
+  std::uint64_t line = 0;  ///< line of the item in the scene file, from 1; 0: from options
   std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< of its members' values, by key
 
   /// Returns the line of the member `key`. Returns the line of the item if the member is not given.

@@ -10,12 +10,11 @@
 #include <vector>
 
 #include "cli/input/particles/packed_file.h"
-#include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_stream.h"
+#include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/material_names.h"
-#include "cli/input/scene_file/material_table.h"
+#include "cli/input/scene_file/scene_fields.h"
 #include "cli/input/scene_file/scene_file.h"
-#include "cli/input/scene_file/scene_keys.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "cli/input/scene_file/sphere_text.h"
 #include "cli/input/view/style.h"

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <vector>
 
-#include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/printable.h"
@@ -322,7 +321,6 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   out.line = fields.line();
   for (const JsonMember& member : value.members) out.lines.emplace(member.key, member.value.line);
   particle_fields(SectionReader(fields), out);
-  out.file_line = out.line_of("file");
   if (const auto problem = problem_with(out)) {
     fail_in(out, place, problem->key, problem->representation, problem->text);
   }

@@ -7,7 +7,6 @@
 #include <string>
 #include <string_view>
 
-#include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/particle_source.h"

@@ -7,8 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "cli/input/scene_file/image_fields.h"
-#include "cli/input/scene_file/material_table.h"
+#include "cli/input/scene_file/material_names.h"
 #include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"

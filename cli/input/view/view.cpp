@@ -72,13 +72,20 @@ Axes turned(const Axes& frame, const Turn& turn) {
   return view;
 }
 
-/// Returns the frame after a rotation about the unit vector `axis`. Source: Rodrigues' formula.
+/// Turns a vector about the unit vector `axis`. Source: Rodrigues' formula.
+Vec3d rotated(const Vec3d& v, const Vec3d& axis, const Angle& angle) {
+  return angle.cosine * v + angle.sine * cross(axis, v) +
+         ((1 - angle.cosine) * dot(axis, v)) * axis;
+}
 Axes rotated(const Axes& frame, const Vec3d& axis, const Angle& angle) {
-  const auto rotate = [&](const Vec3d& v) {
-    return angle.cosine * v + angle.sine * cross(axis, v) +
-           ((1 - angle.cosine) * dot(axis, v)) * axis;
-  };
-  return {rotate(frame.right), rotate(frame.up), rotate(frame.back), frame.center};
+  return {rotated(frame.right, axis, angle), rotated(frame.up, axis, angle),
+          rotated(frame.back, axis, angle), frame.center};
+}
+
+/// Turns a vector about the axis of a turntable.
+Vec3d turned_direction(const Vec3d& v, const Vec3d& up, double degrees) {
+  const double angle = degrees / 180 * std::numbers::pi;
+  return rotated(v, up, {std::sin(angle), std::cos(angle)});
 }
 
 /// Extents of centres along three axes.
@@ -262,5 +269,21 @@ Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule
   const bool turns = turning.azimuth || turning.elevation;
   return above_ground(turns ? turned_by(turning, view, frame, up) : frame, up);
 }
+
+Vec3d turned(const Vec3d& point, const TurnAxis& axis, double degrees) {
+  if (std::fmod(degrees, 360) == 0) return point;
+  return axis.point + turned_direction(point - axis.point, axis.up, degrees);
+}
+
+Camera turned(const Camera& camera, const TurnAxis& axis, double degrees) {
+  if (std::fmod(degrees, 360) == 0) return camera;
+  Camera out = camera;
+  out.look_from = turned(camera.look_from, axis, degrees);
+  out.look_at = turned(camera.look_at, axis, degrees);
+  out.up = turned_direction(camera.up, axis.up, degrees);
+  return out;
+}
+
+TurnAxis axis_of(const Camera& camera) { return {camera.look_at, normalize(camera.up)}; }
 
 }  // namespace parray::input

@@ -10,7 +10,8 @@
 #include "common/scene/number_range.h"
 #include "common/scene/scene.h"
 
-/// Directions of view of an automatic scene.
+/// Directions of view of an automatic scene, and turntables: the camera turns around the scene, as
+/// if the scene stood on one.
 namespace parray::input {
 
 /// A direction of view is a side of the coordinate axes, with z up, as in OVITO. `front` looks
@@ -82,5 +83,22 @@ Vec3d up_from(std::string_view text);
 /// Throws InputError if the elevation would turn the camera over the top.
 Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule,
                        const Turning& turning = {});
+
+/// The axis of a turntable.
+struct TurnAxis {
+  Vec3d point;        ///< on the axis
+  Vec3d up{0, 0, 1};  ///< unit vector along the axis
+};
+
+/// Returns `point` after a turn about the axis by an angle in degrees. Seen from above, positive
+/// angles turn counter-clockwise. Multiples of 360 degrees change nothing. Source: Rodrigues'
+/// formula.
+Vec3d turned(const Vec3d& point, const TurnAxis& axis, double degrees);
+
+/// Returns the camera after the same turn of its place, its target and its upward direction.
+Camera turned(const Camera& camera, const TurnAxis& axis, double degrees);
+
+/// Returns the axis through the target of a camera along its upward direction.
+TurnAxis axis_of(const Camera& camera);
 
 }  // namespace parray::input

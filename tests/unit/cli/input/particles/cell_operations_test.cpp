@@ -6,7 +6,6 @@
 #include <sstream>
 #include <string>
 
-#include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/selected_particles.h"

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/periodic.h"
 #include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"

@@ -6,7 +6,6 @@
 
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/drawn_bonds.h"
-#include "cli/input/particles/periodic.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
