@@ -24,10 +24,11 @@ std::string text_of_vec3(NumberRange range) {
          number_text(range.most);
 }
 
-[[noreturn]] void fail_kind(const JsonValue& value, const JsonPlace& place, JsonKind expected,
-                            const std::string& remedy) {
-  place.fail(value.line, "expected " + std::string(name_of(expected)) + ", found " +
-                             std::string(name_of(value.kind)) + ": " + remedy);
+/// Throws InputError with the text remedy() unless `value` is of this kind.
+void expect(JsonKind kind, const JsonValue& value, const JsonPlace& place, const auto& remedy) {
+  if (value.kind == kind) return;
+  place.fail(value.line, "expected " + std::string(name_of(kind)) + ", found " +
+                             std::string(name_of(value.kind)) + ": " + remedy());
 }
 
 /// Returns the exact value of a natural number. Returns nothing for other numbers, and if the value
@@ -82,9 +83,7 @@ void JsonPlace::fail(std::uint64_t line, std::string_view problem) const {
 }
 
 double read_number(const JsonValue& value, const JsonPlace& place, NumberRange range) {
-  if (value.kind != JsonKind::number) {
-    fail_kind(value, place, JsonKind::number, "write " + text_of(range));
-  }
+  expect(JsonKind::number, value, place, [&] { return "write " + text_of(range); });
   if (value.number < range.least || value.number > range.most) {
     place.fail(value.line, number_text(value.number) + " is out of range: use " + text_of(range));
   }
@@ -92,9 +91,7 @@ double read_number(const JsonValue& value, const JsonPlace& place, NumberRange r
 }
 
 std::uint64_t read_integer(const JsonValue& value, const JsonPlace& place, IntegerRange range) {
-  if (value.kind != JsonKind::number) {
-    fail_kind(value, place, JsonKind::number, "write " + text_of(range));
-  }
+  expect(JsonKind::number, value, place, [&] { return "write " + text_of(range); });
   const std::optional<std::uint64_t> natural = natural_in(value);
   if (natural && *natural >= range.least && *natural <= range.most) return *natural;
   const bool is_whole = natural || value.number == std::floor(value.number);
@@ -104,9 +101,7 @@ std::uint64_t read_integer(const JsonValue& value, const JsonPlace& place, Integ
 }
 
 Vec3d read_vec3(const JsonValue& value, const JsonPlace& place, NumberRange range) {
-  if (value.kind != JsonKind::array) {
-    fail_kind(value, place, JsonKind::array, "write " + text_of_vec3(range));
-  }
+  expect(JsonKind::array, value, place, [&] { return "write " + text_of_vec3(range); });
   if (value.items.size() != 3) {
     place.fail(value.line, "expected 3 numbers, found " + std::to_string(value.items.size()) +
                                ": write " + text_of_vec3(range));
@@ -117,16 +112,12 @@ Vec3d read_vec3(const JsonValue& value, const JsonPlace& place, NumberRange rang
 }
 
 const std::string& read_string(const JsonValue& value, const JsonPlace& place) {
-  if (value.kind != JsonKind::string) {
-    fail_kind(value, place, JsonKind::string, "write a text in double quotes");
-  }
+  expect(JsonKind::string, value, place, [&] { return "write a text in double quotes"; });
   return value.text;
 }
 
 bool read_boolean(const JsonValue& value, const JsonPlace& place) {
-  if (value.kind != JsonKind::boolean) {
-    fail_kind(value, place, JsonKind::boolean, "write true or false");
-  }
+  expect(JsonKind::boolean, value, place, [&] { return "write true or false"; });
   return value.is_true;
 }
 
@@ -146,9 +137,7 @@ void fail_missing_key(std::string_view key, std::uint64_t line, const JsonPlace&
 JsonFields::JsonFields(const JsonValue& value, const JsonPlace& place,
                        std::span<const std::string_view> known)
     : value_(value), place_(place) {
-  if (value.kind != JsonKind::object) {
-    fail_kind(value, place, JsonKind::object, "write { ... } with " + list_names(known));
-  }
+  expect(JsonKind::object, value, place, [&] { return "write { ... } with " + list_names(known); });
   for (const JsonMember& member : value.members) {
     if (std::ranges::find(known, member.key) == known.end()) {
       fail_unknown_key(member.key, member.line, place, known);

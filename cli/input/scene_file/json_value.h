@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
@@ -111,6 +112,9 @@ class JsonFields {
   /// Throws InputError unless `value` is an object whose keys are all in `known`.
   JsonFields(const JsonValue& value, const JsonPlace& place,
              std::span<const std::string_view> known);
+  JsonFields(const JsonValue& value, const JsonPlace& place,
+             std::initializer_list<std::string_view> known)
+      : JsonFields(value, place, std::span(known.begin(), known.size())) {}
 
   /// Returns the value of a key. Returns nullptr if the object has no such key.
   const JsonValue* find(std::string_view key) const;

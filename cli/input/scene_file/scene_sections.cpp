@@ -289,7 +289,6 @@ void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
 }
 
 Material read_material(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> all_keys{"type", "albedo", "fuzz", "ior"};
   static const auto keys_of_types = [] {
     std::array<std::vector<std::string_view>, scene_words::materials.size()> all;
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -298,7 +297,7 @@ Material read_material(const JsonValue& value, const JsonPlace& place) {
     return all;
   }();
   Material material;
-  const JsonFields any(value, place, all_keys);
+  const JsonFields any(value, place, {"type", "albedo", "fuzz", "ior"});
   const SectionReader read_any(any);
   read_any({"type", nullptr, traits::required}, scene_words::material, material.type);
   const JsonFields fields(value, place, keys_of_types[static_cast<std::size_t>(material.type)]);
@@ -323,34 +322,6 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   particle_fields(SectionReader(fields), out);
   if (const auto problem = problem_with(out)) {
     fail_in(out, place, problem->key, problem->representation, problem->text);
-  }
-  return out;
-}
-
-NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 3> keys{"center", "radius", "material"};
-  const JsonFields fields(value, place, keys);
-  NamedSphere out;
-  out.sphere.center = fields.vec3("center", ranges::coordinate);
-  out.sphere.radius = fields.number("radius", ranges::length);
-  out.material = &fields.string("material");
-  out.material_line = fields.find("material")->line;
-  return out;
-}
-
-NamedCapsule read_capsule(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> keys{"from", "to", "radius", "material"};
-  const JsonFields fields(value, place, keys);
-  NamedCapsule out;
-  out.capsule.from = fields.vec3("from", ranges::coordinate);
-  out.capsule.to = fields.vec3("to", ranges::coordinate);
-  out.capsule.radius = fields.number("radius", ranges::length);
-  out.material = &fields.string("material");
-  out.material_line = fields.find("material")->line;
-  if (!has_valid_ends(out.capsule)) {
-    place.at("to").fail(fields.find("to")->line,
-                        "the ends of the capsule are less than 2e-15 apart: write equal ends, or "
-                        "use a smaller unit of length");
   }
   return out;
 }
