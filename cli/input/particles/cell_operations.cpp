@@ -1,7 +1,6 @@
 #include "cli/input/particles/cell_operations.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -9,6 +8,7 @@
 #include "cli/input/particles/molecules.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
+#include "common/math/largest_component.h"
 #include "common/scene/limits.h"
 
 namespace parray::input {
@@ -38,13 +38,10 @@ void add_boundary(const Replicas& replicas, Particles& particles) {
 }
 
 void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {
-  const bool inside = std::ranges::all_of(positions, [](const Vec3d& p) {
-    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= limits::max_length;
-  });
-  if (!inside) {
-    throw SourceError(
-        key, "a coordinate would be beyond 1e15: use fewer copies or a larger unit of length");
-  }
+  const auto inside = [](const Vec3d& p) { return largest_component(p) <= limits::max_length; };
+  if (std::ranges::all_of(positions, inside)) return;
+  throw SourceError(
+      key, "a coordinate would be beyond 1e15: use fewer copies or a larger unit of length");
 }
 
 Molecules joined_molecules(Particles& particles) {
@@ -62,15 +59,6 @@ bool is_crystal(const Particles& particles) {
   return particles.cell && std::ranges::count(particles.cell->periodic, true) > 0 &&
          particles.count() <= most_crystal_atoms && particles.residue_names.empty() &&
          particles.residue_numbers.empty() && particles.chains.empty();
-}
-
-std::set<std::string, std::less<>> numbers_of(const CellOperations& operations) {
-  std::set<std::string, std::less<>> numbers;
-  if (!operations.center.empty()) numbers = Selection(operations.center).numbers();
-  if (!operations.whole) return numbers;
-  numbers.insert("id");
-  for (const std::string_view name : molecule_numbers) numbers.emplace(name);
-  return numbers;
 }
 
 void apply(const CellOperations& operations, Particles& particles, int threads) {

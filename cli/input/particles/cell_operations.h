@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "cli/input/particles/cell.h"
@@ -29,9 +28,6 @@ inline constexpr std::size_t most_crystal_atoms = 500;
 /// Returns whether the particles look like a crystal: a cell that is periodic along an edge, no
 /// residues, no chains and at most most_crystal_atoms atoms.
 bool is_crystal(const Particles& particles);
-
-/// Returns the names of the file's numeric columns that the operations use.
-std::set<std::string, std::less<>> numbers_of(const CellOperations& operations);
 
 /// Applies the operations in this order: whole, center, wrap, replicate, copies of a crystal's
 /// atoms on opposite faces. `center` also wraps. With `whole`, wrapping moves whole molecules.

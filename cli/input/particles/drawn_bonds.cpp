@@ -68,7 +68,7 @@ class CloseAtoms {
 
   [[nodiscard]] bool may_bond(std::size_t a, std::size_t b) const {
     if (!may_be_together(a, b)) return false;
-    if (same_residue(particles_, a, b)) return !are_stated(a, b);
+    if (same_residue(particles_, a, b)) return !is_stated(a) || !is_stated(b);
     if (kind_of(a) == Kind::water || kind_of(b) == Kind::water) return false;
     if (is_link(a, b)) return !std::ranges::binary_search(particles_.bonds, bond_between(a, b));
     const bool polymers = kind_of(a) == Kind::polymer && kind_of(b) == Kind::polymer;
@@ -91,9 +91,6 @@ class CloseAtoms {
 
   [[nodiscard]] bool is_stated(std::size_t particle) const {
     return !stated_.empty() && stated_[particle] > 0;
-  }
-  [[nodiscard]] bool are_stated(std::size_t a, std::size_t b) const {
-    return is_stated(a) && is_stated(b);
   }
 
   /// Returns whether the names are those of a bond between two residues of a polymer.

@@ -211,8 +211,7 @@ std::unique_ptr<Unpacker> bytes_without(std::string_view packing, int file,
 std::unique_ptr<Unpacker> unpacker_for(std::string_view packing, int file, const FilePlace& place) {
   const auto* const of_tar = std::ranges::find(packings, packing, &Packing::of_tar);
   if (packing != plain_tar && of_tar == packings.end()) return bytes_without(packing, file, place);
-  return std::make_unique<TarMember>(
-      bytes_without(packing == plain_tar ? "" : of_tar->name, file, place));
+  return tar_member(bytes_without(packing == plain_tar ? "" : of_tar->name, file, place));
 }
 
 /// Returns whether a file with this compression is a tar archive that contains one file.

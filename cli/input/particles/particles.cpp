@@ -70,9 +70,14 @@ using Order = std::vector<std::size_t>;  ///< for each particle, its place in th
 
 constexpr std::string_view id_name = "id";
 
-Order by_number(const std::vector<double>& numbers) {
-  Order order(numbers.size());
+Order same_order(std::size_t count) {
+  Order order(count);
   std::iota(order.begin(), order.end(), std::size_t{0});
+  return order;
+}
+
+Order by_number(const std::vector<double>& numbers) {
+  Order order = same_order(numbers.size());
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return numbers[i]; });
   return order;
 }
@@ -99,8 +104,7 @@ Order same_numbers(const std::vector<double>& wanted, const std::vector<double>&
 /// Adds a note to `facts` if the particles are not in this order.
 Order by_own_number(const std::vector<double>& numbers, const std::filesystem::path& file,
                     ParticleFacts& facts) {
-  Order order(numbers.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  Order order = same_order(numbers.size());
   if (std::ranges::is_sorted(numbers)) return order;
   const Order sorted = by_number(numbers);
   for (std::size_t place = 0; place < sorted.size(); ++place) {
@@ -164,8 +168,7 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   }
   const NumberColumn* const own_ids = particles.numbers_named(id_name);
   const NumberColumn* const ids = from.numbers_named(id_name);
-  Order order(from.count());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  Order order = same_order(from.count());
   if (ids != nullptr) {
     order = own_ids == nullptr ? by_number(ids->values)
                                : same_numbers(own_ids->values, ids->values, topology);

@@ -84,11 +84,6 @@ std::string text_of(const RadiusScale& scale) {
   return scale.by + ":" + number_text(scale.low) + ":" + number_text(scale.high);
 }
 
-std::set<std::string, std::less<>> numbers_of(const RadiusScale& scale) {
-  if (scale.empty() || !is_requested_column(scale.by)) return {};
-  return {scale.by};
-}
-
 NumberBounds apply(const RadiusScale& scale, Particles& particles) {
   if (particles.count() == 0) return {};
   std::vector<double> radii = numbers_in(particles, scale.by);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <set>
 #include <string>
 #include <string_view>
 
@@ -28,9 +27,6 @@ struct RadiusScale {
 RadiusScale radius_scale_from(std::string_view text);
 /// Returns the text that radius_scale_from() parses to `scale`. Returns "" if there are no radii.
 std::string text_of(const RadiusScale& scale);
-
-/// Returns the names of the file's numeric columns that the radii need.
-std::set<std::string, std::less<>> numbers_of(const RadiusScale& scale);
 
 /// Sets the radii of `particles`. With `low` and `high`, a radius is a linear function of the
 /// number, between `low` and `high`. If all numbers are equal, the radius is the mean of `low` and

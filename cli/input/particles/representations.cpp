@@ -75,7 +75,7 @@ std::vector<ParticlePart> split(Particles& particles, const ParticleSource& sour
   const auto add = [&](Particles part, ParticleLook look, std::optional<std::size_t> number,
                        std::vector<std::uint32_t> numbers) {
     part.facts = {.format = {}, .length_unit = facts.length_unit};
-    parts.push_back({std::move(part), std::move(look), number, std::move(numbers)});
+    parts.push_back({std::move(part), std::move(look), number, std::move(numbers), {}, {}});
   };
   const std::optional<ParticleCell> cell = particles.cell;
   if (source.shows.empty()) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/particle_source.h"
@@ -20,6 +21,9 @@ struct ParticlePart {
   /// For each particle of the part, its index in the particles that split() received. Empty: the
   /// part has all of them.
   std::vector<std::uint32_t> numbers{};
+  // Set by parts_of():
+  ParticleColors colors{};  ///< empty if its look has no `color_by`
+  NumberBounds sized{};     ///< numbers with the least and the largest radius, of `radius_by`
 };
 
 /// Splits `particles` by the representations of `source`, in their order. A particle in several

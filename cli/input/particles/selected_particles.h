@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/arrows.h"
 #include "cli/input/particles/drawn_bonds.h"
 #include "cli/input/particles/file_place.h"
@@ -22,17 +21,11 @@
 /// Turns a particle file into spheres and capsules: selects particles and appends them to a scene.
 namespace parray::input {
 
-/// A part of the particles that a source selects.
-struct SelectedPart : ParticlePart {
-  ParticleColors colors;  ///< empty if its look has no `color_by`
-  NumberBounds sized;     ///< numbers with the least and the largest radius, of `radius_by`
-};
-
 /// The particles that a source selects.
 struct SelectedParticles {
   ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
   std::optional<ParticleCell> cell;
-  std::vector<SelectedPart> parts{};
+  std::vector<ParticlePart> parts{};
   std::size_t count = 0;           ///< of particles that selected() returned, shown or not
   std::vector<DrawnBond> bonds{};  ///< between particles as selected() numbered them
   double stick_radius = 0;         ///< of looks that give none; 0: no look draws sticks

@@ -13,10 +13,6 @@
 namespace parray::input {
 namespace {
 
-bool same_place(const Sphere& a, const Sphere& b) {
-  return a.center == b.center && a.radius == b.radius;
-}
-
 /// Returns a hash of the four numbers by the steps of splitmix64.
 /// Source: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
 std::uint64_t hash_of(const Sphere& sphere) {

@@ -11,7 +11,6 @@
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
-#include "common/scene/scene_bytes.h"
 
 namespace parray::input {
 namespace {
@@ -84,12 +83,7 @@ class SectionReader {
 
   std::size_t read(const char* key, const Words& words) const {
     const std::string& name = fields_.string(key);
-    const auto found = std::ranges::find(words.names, name);
-    if (found == words.names.end()) {
-      fail(key, "unknown " + std::string(words.what) + " '" + printable(name) +
-                    "': " + remedy_for_name(name, words.names));
-    }
-    return static_cast<std::size_t>(found - words.names.begin());
+    return checked(key, [&] { return known_place(words.what, name, words.names); });
   }
   std::string read(const char* key, LabelText rule) const {
     const std::string& text = fields_.string(key);

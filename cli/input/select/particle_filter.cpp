@@ -5,7 +5,6 @@
 
 #include "cli/input/particles/file_place.h"
 #include "cli/input/select/columns.h"
-#include "cli/input/select/condition.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 #include "common/base/text.h"
@@ -117,11 +116,6 @@ std::vector<std::string> hide_from(std::string_view text) {
 
 void check_hidden(const std::vector<std::string>& words) {
   static_cast<void>(Selection::any_of(words));
-}
-
-std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter) {
-  return filter.select.empty() ? std::set<std::string, std::less<>>{}
-                               : Selection(filter.select).numbers();
 }
 
 void apply(const ParticleFilter& filter, Particles& particles, int threads) {

@@ -3,6 +3,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/input/particles/file_place.h"
@@ -46,7 +47,7 @@ class Selection {
   static Selection any_of(const std::vector<std::string>& classes);
 
   /// Returns the names of the file's numeric columns that the selection needs.
-  [[nodiscard]] const std::set<std::string, std::less<>>& numbers() const { return numbers_; }
+  [[nodiscard]] std::set<std::string, std::less<>> numbers() const;
 
   /// Returns the selected particles. The result is the same for any number of threads. Takes linear
   /// time. `within` also sorts the particles from which it measures.
@@ -67,11 +68,15 @@ class Selection {
   [[nodiscard]] std::string what_there_is(const Particles& particles) const;
 
  private:
-  explicit Selection(Expression root);
+  explicit Selection(Expression root) : root_(std::move(root)) {}
 
   Expression root_;
-  std::set<std::string, std::less<>> numbers_;
 };
+
+/// Returns a mask with 1 for each particle of a class of molecules: "water", "protein", "nucleic",
+/// "ion" or "virtual" (virtual sites). residues.h defines them by residue and atom names. The mask
+/// has size 0 if no particle belongs to the class.
+ParticleMask class_mask(std::string_view word, const Particles& particles);
 
 /// Translates a slice such as "z=10:20" or "x=40%:60%,z=:5" into the text of a selection. The slice
 /// includes its bounds. Either bound may be missing. Numbers are coordinates. Percentages are

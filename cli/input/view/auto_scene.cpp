@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/beads.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/packed_file.h"
@@ -31,13 +32,9 @@ bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
   const double volume = dot(a, cross(b, c));
   if (volume == 0) return true;
   for (const Vec3d& normal : {cross(b, c), cross(c, a), cross(a, b)}) {
-    double low = dot(positions.front(), normal);
-    double high = low;
-    for (const Vec3d& position : positions) {
-      low = std::min(low, dot(position, normal));
-      high = std::max(high, dot(position, normal));
-    }
-    if (high - low < share * std::abs(volume)) return false;
+    NumberBounds along;
+    for (const Vec3d& position : positions) along.add(dot(position, normal));
+    if (along.high - along.low < share * std::abs(volume)) return false;
   }
   return true;
 }
@@ -63,7 +60,7 @@ struct OpenRadius {
 std::vector<OpenRadius> open_radii(const SelectedParticles& selected, bool crystal) {
   std::vector<OpenRadius> open;
   std::size_t begin = 0;
-  for (const SelectedPart& part : selected.parts) {
+  for (const ParticlePart& part : selected.parts) {
     const std::size_t end = begin + part.particles.count();
     const ParticleStyle style = part.look.style;
     if (decided(part.look.radius, part.particles, crystal).rule ==

@@ -19,8 +19,8 @@
 namespace parray::input {
 namespace {
 
-inline constexpr double auto_scene_vfov =
-    20;  ///< degrees; a long lens, so that near parts look no larger than far ones
+/// Degrees; a long lens, so that near parts look no larger than far ones.
+constexpr double auto_scene_vfov = 20;
 
 /// Extremes of the spheres along one axis of the picture, measured along lines through the eye.
 ///
@@ -33,8 +33,7 @@ struct Wedge {
     explicit Side(double tangent) : t(tangent), secant(square_root(1 + tangent * tangent)) {}
 
     void add(double x, double z, double radius) {
-      const double depth = t * z + radius * secant;
-      reach = std::max(reach, depth + x);
+      reach = std::max(reach, t * z + radius * secant + x);
     }
 
     double t;
@@ -69,15 +68,41 @@ struct Wedge {
   Side high;
 };
 
+/// Returns the slope of a line through the eye to a place of the picture, from 0 in the middle to 1
+/// at the edge of the picture's height.
+double slope_of(Projection projection, double place) {
+  return projection == Projection::orthographic ? 0 : place * tan_half_of(auto_scene_vfov);
+}
+
 /// The extremes of all spheres. They do not depend on the order of the spheres.
 struct Extent {
   /// Of a picture in which the spheres are in `area`. `aspect` is the width of the picture divided
   /// by its height.
-  Extent(Projection projection, double aspect, const PictureArea& area);
+  Extent(Projection projection, double aspect, const PictureArea& area)
+      : vertical(slope_of(projection, -area.bottom), slope_of(projection, area.top)),
+        horizontal(slope_of(projection, -area.left) * aspect,
+                   slope_of(projection, area.right) * aspect) {}
 
-  void add(const Sphere& sphere, const Viewpoint& view);
+  void add(const Sphere& sphere, const Viewpoint& view) {
+    const Vec3d p = sphere.center - view.frame.center;
+    const double z = dot(p, view.frame.back);
+    horizontal.add(dot(p, view.frame.right), z, sphere.radius);
+    vertical.add(dot(p, view.frame.up), z, sphere.radius);
+    reach = std::max(reach, length(p) + sphere.radius);
+    add_lowest(sphere, dot(p, view.off_ground) - sphere.radius);
+  }
   /// Adds the extremes of spheres that come after the spheres of this object.
-  void add(const Extent& later);
+  void add(const Extent& later) {
+    horizontal.add(later.horizontal);
+    vertical.add(later.vertical);
+    reach = std::max(reach, later.reach);
+    add_lowest(later.lowest, later.bottom);
+  }
+  void add_lowest(const Sphere& sphere, double low) {
+    if (!(low < bottom)) return;
+    bottom = low;
+    lowest = sphere;
+  }
 
   Wedge vertical;
   Wedge horizontal;
@@ -85,40 +110,6 @@ struct Extent {
   double bottom = std::numeric_limits<double>::infinity();
   Sphere lowest{};  ///< the sphere that reaches farthest towards the ground; the first of several
 };
-
-/// Returns the slope of a line through the eye to a place of the picture, from 0 in the middle to 1
-/// at the edge of the picture's height.
-double slope_of(Projection projection, double place) {
-  return projection == Projection::orthographic ? 0 : place * tan_half_of(auto_scene_vfov);
-}
-
-Extent::Extent(Projection projection, double aspect, const PictureArea& area)
-    : vertical(slope_of(projection, -area.bottom), slope_of(projection, area.top)),
-      horizontal(slope_of(projection, -area.left) * aspect,
-                 slope_of(projection, area.right) * aspect) {}
-
-void Extent::add(const Sphere& sphere, const Viewpoint& view) {
-  const Vec3d p = sphere.center - view.frame.center;
-  const double z = dot(p, view.frame.back);
-  horizontal.add(dot(p, view.frame.right), z, sphere.radius);
-  vertical.add(dot(p, view.frame.up), z, sphere.radius);
-  reach = std::max(reach, length(p) + sphere.radius);
-  const double low = dot(p, view.off_ground) - sphere.radius;
-  if (low < bottom) {
-    bottom = low;
-    lowest = sphere;
-  }
-}
-
-void Extent::add(const Extent& later) {
-  horizontal.add(later.horizontal);
-  vertical.add(later.vertical);
-  reach = std::max(reach, later.reach);
-  if (later.bottom < bottom) {
-    bottom = later.bottom;
-    lowest = later.lowest;
-  }
-}
 
 /// What the picture shows, and in which form.
 struct Shot {

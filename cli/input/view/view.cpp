@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/input/color/number_bounds.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -17,8 +17,8 @@
 namespace parray::input {
 namespace {
 
-constexpr double flatness =
-    0.1;  ///< largest ratio of the third extent to the second for a flat group
+/// Largest ratio of the third extent to the second for a flat group.
+constexpr double flatness = 0.1;
 /// Least sine of the angle between the direction of view and the ground plane. The angle is larger
 /// than half of the angle of view.
 constexpr double least_sine = 0.28;
@@ -94,23 +94,23 @@ class Reach {
   Reach(std::span<const Sphere> spheres, const Axes& axes) : axes_{axes.right, axes.up, axes.back} {
     for (const Sphere& sphere : spheres) {
       for (std::size_t i = 0; i < 3; ++i) {
-        const double x = dot(sphere.center, axes_[i]);
-        low_[i] = std::min(low_[i], x);
-        high_[i] = std::max(high_[i], x);
+        extents_[i].add(dot(sphere.center, axes_[i]));
       }
     }
   }
 
   [[nodiscard]] Vec3d middle() const {
     Vec3d middle;
-    for (std::size_t i = 0; i < 3; ++i) middle = middle + ((low_[i] + high_[i]) / 2) * axes_[i];
+    for (std::size_t i = 0; i < 3; ++i) {
+      middle = middle + ((extents_[i].low + extents_[i].high) / 2) * axes_[i];
+    }
     return middle;
   }
   /// Returns the axis along which the centres are flat, if any. A group that is thin along two axes
   /// is a rod, which is not flat.
   [[nodiscard]] std::optional<std::size_t> flat_axis() const {
     std::array<std::size_t, 3> order{0, 1, 2};
-    const auto extent = [&](std::size_t i) { return high_[i] - low_[i]; };
+    const auto extent = [&](std::size_t i) { return extents_[i].high - extents_[i].low; };
     std::ranges::stable_sort(order, {}, extent);
     const bool rod = extent(order[1]) <= flatness * extent(order[2]);
     return !rod && extent(order[0]) <= flatness * extent(order[1]) ? std::optional(order[0])
@@ -119,10 +119,7 @@ class Reach {
 
  private:
   std::array<Vec3d, 3> axes_;
-  std::array<double, 3> low_ = filled(std::numeric_limits<double>::infinity());
-  std::array<double, 3> high_ = filled(-std::numeric_limits<double>::infinity());
-
-  static std::array<double, 3> filled(double x) { return {x, x, x}; }
+  std::array<NumberBounds, 3> extents_;
 };
 
 /// The coordinate axes: x right, y up, z back.
@@ -195,8 +192,7 @@ Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule, const T
 Axes turned_by(const Turning& turning, View view, const Axes& frame, const Vec3d& up) {
   const bool steep = view == View::top || view == View::bottom;
   const Vec3d axis = steep ? frame.up : up;
-  Turn rise = no_turn;
-  if (turning.elevation) rise.elevation = Angle::of_degrees(*turning.elevation);
+  const Turn rise = no_turn.replaced_by({.elevation = turning.elevation});
   const Axes aside = rotated(frame, axis, Angle::of_degrees(turning.azimuth.value_or(0)));
   const Axes risen = turned(aside, rise);
   constexpr double rounding = 1e-9;

@@ -9,7 +9,7 @@
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/selected_particles.h"
-#include "cli/input/scene_file/scene_writer.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/auto_scene.h"
 #include "common/base/error.h"
 #include "common/scene/settings.h"

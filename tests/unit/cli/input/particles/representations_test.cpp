@@ -9,7 +9,6 @@
 
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_file.h"
-#include "cli/input/scene_file/scene_writer.h"
 #include "cli/input/select/particle_filter.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
