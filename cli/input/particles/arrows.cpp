@@ -1,7 +1,6 @@
 #include "cli/input/particles/arrows.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 

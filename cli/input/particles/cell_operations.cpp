@@ -1,7 +1,6 @@
 #include "cli/input/particles/cell_operations.h"
 
 #include <algorithm>
-#include <functional>
 #include <vector>
 
 #include "cli/input/particles/file_place.h"

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numeric>
 #include <span>
-#include <string_view>
 #include <unordered_map>
 
 #include "cli/input/particles/bonds.h"

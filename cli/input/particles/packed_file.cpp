@@ -9,12 +9,8 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <filesystem>
 #include <functional>
-#include <string>
 #include <system_error>
-#include <utility>
-#include <vector>
 
 #include "cli/input/particles/tar_member.h"
 #include "common/base/module.h"

@@ -4,12 +4,10 @@
 #include <limits>
 #include <numeric>
 #include <span>
-#include <string_view>
 #include <utility>
 
 #include "cli/input/particles/bonds.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/scene_file/material_names.h"
 #include "common/base/bands.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"

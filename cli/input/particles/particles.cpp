@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
-#include <string>
 #include <unordered_map>
-#include <utility>
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/file_place.h"

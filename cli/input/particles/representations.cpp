@@ -1,7 +1,6 @@
 #include "cli/input/particles/representations.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <limits>
 #include <string>
 #include <utility>

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <iterator>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "cli/input/particles/fixed_looks.h"
 #include "cli/input/particles/molecules.h"

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "common/base/printable.h"
 #include "common/scene/limits.h"

@@ -1,6 +1,5 @@
 #include "cli/input/scene_file/scene_sections.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

@@ -7,7 +7,6 @@
 #include <limits>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/select/selection_scanner.h"

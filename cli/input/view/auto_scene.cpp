@@ -6,7 +6,6 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/beads.h"

@@ -1,6 +1,5 @@
 #include "cli/input/view/style.h"
 
-#include "cli/input/scene_file/json_value.h"
 #include "common/base/suggest.h"
 
 namespace parray::input {

@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
-#include <span>
-#include <vector>
 
 #include "cli/input/color/number_bounds.h"
 #include "cli/input/scene_file/scene_sections.h"
