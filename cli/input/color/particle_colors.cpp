@@ -295,19 +295,12 @@ std::vector<Vec3d> samples_of(ColorMap map, std::size_t count) {
   return colors;
 }
 
-NumberSource source_of(const std::string& by, const Particles& particles) {
-  NumberSource source = number_source(by, particles);
-  if (source) return source;
-  if (is_number_column(by)) throw UnknownNumber(by);
-  throw SourceError("color_by", "the file has no " + printable(by) + " column");
-}
-
 /// Colours each number by itself. Throws SourceError if there are more than most_categories.
 ParticleColors colored_by_each_number(const ParticleColoring& coloring,
                                       const Particles& particles) {
   constexpr std::size_t most_categories = 1000;
   const std::string& by = coloring.by;
-  const NumberSource source = source_of(by, particles);
+  const NumberSource source = known_number("color_by", by, particles);
   NameColumn column;
   std::map<double, std::uint32_t> known;
   constexpr double not_known = std::numeric_limits<double>::infinity();
@@ -339,7 +332,7 @@ ParticleColors colored_by_each_number(const ParticleColoring& coloring,
 
 ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& particles,
                                  int threads) {
-  const NumberSource source = source_of(coloring.by, particles);
+  const NumberSource source = known_number("color_by", coloring.by, particles);
   const NumberScale kind = coloring.scale.value_or(NumberScale::linear);
   const ColorMap map = coloring.map.value_or(ColorMap::viridis);
   const std::size_t count = particles.count();

@@ -24,8 +24,6 @@ double cosine_of(double degrees) {
 bool is_length(double length) { return length > 0 && length <= limits::max_length; }
 bool is_angle(double degrees) { return degrees > 0 && degrees < 180; }
 
-double along(const Vec3d& v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
 /// Returns the vector of f(0), f(1), f(2).
 Vec3d by_axis(const auto& f) { return {f(0), f(1), f(2)}; }
 
@@ -46,7 +44,8 @@ double circular_mean(const CellFractions& fractions, const Particles& particles,
   double sine = 0;
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i] == 0) continue;
-    const double turn = 2 * std::numbers::pi * along(fractions.of(particles.positions[i]), axis);
+    const double turn =
+        2 * std::numbers::pi * component(fractions.of(particles.positions[i]), axis);
     cosine += std::cos(turn);
     sine += std::sin(turn);
   }
@@ -108,8 +107,8 @@ std::vector<CellImage> boundary_images(const Vec3d& fractions, const Vec3d& tole
                                        const std::array<bool, 3>& periodic) {
   std::vector<CellImage> images;
   for (std::size_t axis = 0; axis < periodic.size(); ++axis) {
-    const double fraction = along(fractions, axis);
-    const double slack = along(tolerance, axis);
+    const double fraction = component(fractions, axis);
+    const double slack = component(tolerance, axis);
     if (!periodic[axis]) continue;
     if (fraction < -slack || fraction > 1 + slack) return {};
     const std::int64_t step = step_to_copy(fraction, slack);
@@ -174,7 +173,7 @@ CellImage CellFractions::image_of(const Vec3d& fractions) const {
   constexpr double rounding = 1e-6;
   CellImage image{};
   for (std::size_t i = 0; i < image.size(); ++i) {
-    if (cell_.periodic[i]) image[i] = as_integer(std::floor(along(fractions, i) + rounding));
+    if (cell_.periodic[i]) image[i] = as_integer(std::floor(component(fractions, i) + rounding));
   }
   return image;
 }
@@ -183,7 +182,7 @@ CellImage CellFractions::nearest(const Vec3d& from, const Vec3d& to) const {
   const Vec3d fractions = of(from) - of(to);
   CellImage rounded{};
   for (std::size_t i = 0; i < rounded.size(); ++i) {
-    if (cell_.periodic[i]) rounded[i] = as_integer(std::round(along(fractions, i)));
+    if (cell_.periodic[i]) rounded[i] = as_integer(std::round(component(fractions, i)));
   }
   CellImage best = rounded;  // in an oblique cell, a neighbour of the rounded image may be nearer
   double least = length(to + translation(best) - from);
@@ -270,7 +269,7 @@ std::uint64_t add_boundary_copies(Particles& particles, const Vec3d& tolerance) 
     }
   }
   const Vec3d reach =
-      by_axis([&](std::size_t i) { return along(tolerance, i) * length(cell.edges[i]); });
+      by_axis([&](std::size_t i) { return component(tolerance, i) * length(cell.edges[i]); });
   const NeighbourGrid present(beside_faces, 2 * std::max({reach.x, reach.y, reach.z}));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < copies.size(); ++i) {
@@ -317,7 +316,7 @@ void center_on(Particles& particles, const ParticleMask& mask) {
     double count = 0;
     for (std::size_t i = 0; i < mask.size(); ++i) {
       if (mask[i] == 0) continue;
-      const double from_mean = along(fractions.of(particles.positions[i]), axis) - mean;
+      const double from_mean = component(fractions.of(particles.positions[i]), axis) - mean;
       sum += cell.periodic[axis] ? from_mean - std::round(from_mean) : from_mean;
       ++count;
     }

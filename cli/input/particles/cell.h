@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -20,6 +21,11 @@ std::optional<ParticleCell> cell_from(const Vec3d& lengths, const Vec3d& angles)
 
 /// Returns `cell`, or nothing if the cell has no volume or is not finite.
 std::optional<ParticleCell> valid_cell(const ParticleCell& cell);
+
+/// Returns x, y or z of a vector for the axis 0, 1 or 2.
+inline double component(const Vec3d& v, std::size_t axis) {
+  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
 
 /// An image of the cell: whole numbers of edges a, b, c by which it is shifted.
 using CellImage = std::array<std::int64_t, 3>;

@@ -30,9 +30,7 @@ bool is_radius(double value) {
 
 /// Returns the number of each particle. All are finite.
 std::vector<double> numbers_in(const Particles& particles, const std::string& by) {
-  const NumberSource source = number_source(by, particles);
-  if (!source && is_number_column(by)) throw UnknownNumber(by);
-  if (!source) throw SourceError("radius_by", "the file has no " + printable(by) + " column");
+  const NumberSource source = known_number("radius_by", by, particles);
   std::vector<double> numbers(particles.count());
   source(0, numbers);
   const auto unknown = std::ranges::find_if_not(numbers, [](double v) { return std::isfinite(v); });

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
+#include "cli/input/particles/cell_operations.h"
 #include "cli/input/particles/fixed_looks.h"
-#include "cli/input/particles/molecules.h"
 #include "cli/input/particles/particle_spheres.h"
 #include "cli/input/particles/sticks.h"
 #include "cli/input/scene_file/scene_sections.h"
@@ -255,13 +255,14 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
             SceneFile& file, int threads, OpenTrajectories& open) {
   source.cell.crystal = source.cell.crystal.value_or(false);
   try {
-    auto& [particles, cursor] = open.at(folder / source.file);
+    const std::filesystem::path path = folder / source.file;
+    auto& [particles, cursor] = open.try_emplace(path, path).first->second;
     ParticleRequest request = request_of(source, folder, threads);
     request.cursor = &cursor;
     Particles all = read_particles(particles, request);
-    Particles shown = selected(std::move(all), particles, source, folder, threads);
-    append_parts(parts_of(std::move(shown), particles, source, folder, threads), particles.path(),
-                 source, file, threads);
+    Particles shown = selected(std::move(all), particles, source, request);
+    append_parts(parts_of(std::move(shown), particles, source, request), particles.path(), source,
+                 file, threads);
   } catch (const SourceError& error) {
     if (source.line == 0) fail_in_options(error, source, (folder / source.file).string());
     fail_in(source, place, error.key(), error.representation(), error.what());
@@ -284,8 +285,8 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
 }
 
 Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
-                   const std::filesystem::path& folder, int threads) {
-  const ParticleRequest request = request_of(source, folder, threads);
+                   const ParticleRequest& request) {
+  const int threads = request.threads;
   CellOperations& operations = source.cell;
   if (!operations.crystal && is_crystal(particles)) operations.crystal = true;
   with_remedy("center", {}, file, request, [&] { apply(operations, particles, threads); });
@@ -294,8 +295,8 @@ Particles selected(Particles particles, PackedFile& file, ParticleSource& source
 }
 
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
-                           const std::filesystem::path& folder, int threads) {
-  const ParticleRequest request = request_of(source, folder, threads);
+                           const ParticleRequest& request) {
+  const int threads = request.threads;
   const std::size_t count = particles.count();
   note_hidden_columns(source, particles);
   std::vector<DrawnBond> bonds = bonds_to_draw(source, particles);
@@ -376,12 +377,6 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
   shown.source = source;
   file.particle_files.push_back(std::move(shown));
   return source;
-}
-
-OpenTrajectories::Trajectory& OpenTrajectories::at(const std::filesystem::path& path) {
-  std::unique_ptr<Trajectory>& open = open_[path];
-  if (!open) open = std::make_unique<Trajectory>(path);
-  return *open;
 }
 
 void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads,

@@ -3,13 +3,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/input/particles/arrows.h"
-#include "cli/input/particles/drawn_bonds.h"
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/packed_file.h"
@@ -37,21 +36,21 @@ struct SelectedParticles {
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads = 1);
 
-/// Applies source.cell and source.filter to `particles`, which were read from `file` as
-/// request_of() says. Returns the particles that the filter shows. Before that, if
+/// Applies source.cell and source.filter to `particles`, which were read from `file` by `request`,
+/// a result of request_of(). Returns the particles that the filter shows. Before that, if
 /// source.cell.crystal is not given and is_crystal() is true, sets source.cell.crystal to true.
-/// Reads the file again only to list its numeric columns in a message. `folder`: see request_of().
+/// Reads the file again only to list its numeric columns in a message.
 ///
 /// Throws SourceError if a member of the source does not suit the file.
 Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
-                   const std::filesystem::path& folder = {}, int threads = 1);
+                   const ParticleRequest& request);
 
 /// Splits the result of selected() by the representations of `source`, and colours the parts. Finds
 /// the bonds and the arrows that the source shows.
 ///
 /// Throws SourceError if a member of the source does not suit the particles.
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
-                           const std::filesystem::path& folder = {}, int threads = 1);
+                           const ParticleRequest& request);
 
 /// Throws InputError "FILE: --OPTION: problem" for an error in a source that options describe. In a
 /// representation: "FILE: --show 'SELECTION': ...". Problems with "material" and "radius" name no
@@ -79,22 +78,14 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
                             ParticleSource source, SceneFile& file, int threads,
                             const DefaultLook* otherwise = nullptr);
 
-/// Particle files that stay open, so that reading the frames of a trajectory one after the other
+/// A particle file that stays open, so that reading the frames of a trajectory one after the other
 /// reads the file once.
-class OpenTrajectories {
- public:
-  struct Trajectory {
-    explicit Trajectory(const std::filesystem::path& path) : file(path) {}
-    PackedFile file;
-    FrameCursor cursor;
-  };
-  /// Opens the file unless it is open. Throws InputError.
-  Trajectory& at(const std::filesystem::path& path);
-  void clear() { open_.clear(); }
-
- private:
-  std::map<std::filesystem::path, std::unique_ptr<Trajectory>> open_;
+struct Trajectory {
+  explicit Trajectory(const std::filesystem::path& path) : file(path) {}
+  PackedFile file;
+  FrameCursor cursor;
 };
+using OpenTrajectories = std::map<std::filesystem::path, Trajectory>;
 
 /// Reads the files of `file.particles` and appends their spheres and capsules to the scene, in
 /// order: see append_parts(). Clears `file.particles`. Names of particle files are relative to the

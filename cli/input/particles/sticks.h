@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "cli/input/particles/drawn_bonds.h"
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/particle_source.h"
 #include "common/scene/scene.h"

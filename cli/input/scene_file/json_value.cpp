@@ -100,25 +100,9 @@ std::uint64_t read_integer(const JsonValue& value, const JsonPlace& place, Integ
                              text_of(range));
 }
 
-Vec3d read_vec3(const JsonValue& value, const JsonPlace& place, NumberRange range) {
-  expect(JsonKind::array, value, place, [&] { return "write " + text_of_vec3(range); });
-  if (value.items.size() != 3) {
-    place.fail(value.line, "expected 3 numbers, found " + std::to_string(value.items.size()) +
-                               ": write " + text_of_vec3(range));
-  }
-  return {read_number(value.items[0], place.at(0), range),
-          read_number(value.items[1], place.at(1), range),
-          read_number(value.items[2], place.at(2), range)};
-}
-
 const std::string& read_string(const JsonValue& value, const JsonPlace& place) {
   expect(JsonKind::string, value, place, [&] { return "write a text in double quotes"; });
   return value.text;
-}
-
-bool read_boolean(const JsonValue& value, const JsonPlace& place) {
-  expect(JsonKind::boolean, value, place, [&] { return "write true or false"; });
-  return value.is_true;
 }
 
 void fail_unknown_key(std::string_view key, std::uint64_t line, const JsonPlace& object,
@@ -161,7 +145,16 @@ double JsonFields::number(std::string_view key, NumberRange range) const {
 }
 
 Vec3d JsonFields::vec3(std::string_view key, NumberRange range) const {
-  return read_vec3(any(key, text_of_vec3(range)), place_.at(key), range);
+  const JsonValue& value = any(key, text_of_vec3(range));
+  const JsonPlace place = place_.at(key);
+  expect(JsonKind::array, value, place, [&] { return "write " + text_of_vec3(range); });
+  if (value.items.size() != 3) {
+    place.fail(value.line, "expected 3 numbers, found " + std::to_string(value.items.size()) +
+                               ": write " + text_of_vec3(range));
+  }
+  return {read_number(value.items[0], place.at(0), range),
+          read_number(value.items[1], place.at(1), range),
+          read_number(value.items[2], place.at(2), range)};
 }
 
 const std::string& JsonFields::string(std::string_view key) const {
@@ -169,7 +162,9 @@ const std::string& JsonFields::string(std::string_view key) const {
 }
 
 bool JsonFields::boolean(std::string_view key) const {
-  return read_boolean(any(key, "true or false"), place_.at(key));
+  const JsonValue& value = any(key, "true or false");
+  expect(JsonKind::boolean, value, place_.at(key), [&] { return "write true or false"; });
+  return value.is_true;
 }
 
 std::uint64_t JsonFields::integer(std::string_view key, IntegerRange range) const {

@@ -90,10 +90,7 @@ class JsonPlace {
 double read_number(const JsonValue& value, const JsonPlace& place, NumberRange range);
 /// Accepts 100, 100.0 and 1e2. Beyond 2^53, where doubles skip integers, accepts only digits.
 std::uint64_t read_integer(const JsonValue& value, const JsonPlace& place, IntegerRange range);
-/// Reads an array of three numbers, each in `range`.
-Vec3d read_vec3(const JsonValue& value, const JsonPlace& place, NumberRange range);
 const std::string& read_string(const JsonValue& value, const JsonPlace& place);
-bool read_boolean(const JsonValue& value, const JsonPlace& place);
 
 /// Throws InputError: the key `key` on `line` of the object at `object` is not in `known`.
 [[noreturn]] void fail_unknown_key(std::string_view key, std::uint64_t line,
@@ -123,8 +120,9 @@ class JsonFields {
 
   /// Returns the value of a required key. `expectation` describes it as in fail_missing_key().
   const JsonValue& any(std::string_view key, std::string_view expectation) const;
-  // Read the value of a required key by read_number(), read_vec3() and so on.
+  // Read the value of a required key by read_number() and so on.
   double number(std::string_view key, NumberRange range) const;
+  /// Reads an array of three numbers, each in `range`.
   Vec3d vec3(std::string_view key, NumberRange range) const;
   const std::string& string(std::string_view key) const;
   bool boolean(std::string_view key) const;

@@ -10,8 +10,8 @@
 
 #include "cli/input/color/particle_coloring.h"
 #include "cli/input/particles/arrows.h"
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/cell_operations.h"
-#include "cli/input/particles/drawn_bonds.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/particles/radius_scale.h"
 #include "cli/input/select/particle_filter.h"

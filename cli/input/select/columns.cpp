@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "cli/input/particles/cell.h"
 #include "common/base/suggest.h"
 #include "common/base/text.h"
 
@@ -13,10 +14,6 @@ namespace {
 
 constexpr std::array<std::string_view, 9> own_numbers{"x",  "y",      "z",     "fx",   "fy",
                                                       "fz", "radius", "index", "resid"};
-
-double component(const Vec3d& v, std::size_t axis) {
-  return axis == 0 ? v.x : (axis == 1 ? v.y : v.z);
-}
 
 struct Fraction {
   Vec3d origin;

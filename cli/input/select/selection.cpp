@@ -8,10 +8,8 @@
 #include <unordered_map>
 
 #include "cli/input/color/number_bounds.h"
-#include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_summary.h"
 #include "cli/input/particles/residues.h"
-#include "cli/input/select/columns.h"
 #include "cli/input/select/neighbour_grid.h"
 #include "cli/input/select/text_range.h"
 #include "common/base/bands.h"
@@ -320,13 +318,8 @@ std::string some_of(const std::vector<std::string>& names) {
 }
 
 std::vector<std::string> symbols_of(const Particles& particles) {
-  std::vector<bool> there(last_element + 1U);
-  for (const std::uint8_t number : particles.elements) there[number] = true;
   std::vector<std::string> symbols;
-  for (std::size_t number = 1; number <= last_element; ++number) {
-    if (there[number]) symbols.emplace_back(element(static_cast<std::uint8_t>(number)).symbol);
-  }
-  if (there[0]) symbols.emplace_back("unknown");
+  for (const auto& [symbol, count] : elements_in(particles.elements)) symbols.push_back(symbol);
   return symbols;
 }
 
@@ -382,6 +375,13 @@ UnknownNumber::UnknownNumber(std::string name, const std::string& place)
 std::string UnknownNumber::with_remedy(const std::vector<std::string>& known) const {
   const std::vector<std::string_view> names(known.begin(), known.end());
   return std::string(what()) + ": " + remedy_for_name(name_, names);
+}
+
+NumberSource known_number(const char* key, const std::string& name, const Particles& particles) {
+  NumberSource source = number_source(name, particles);
+  if (source) return source;
+  if (is_number_column(name)) throw UnknownNumber(name);
+  throw SourceError(key, "the file has no " + printable(name) + " column");
 }
 
 Selection::Selection(std::string_view text) : Selection(parse_selection(text)) {}

@@ -8,6 +8,7 @@
 
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/particles.h"
+#include "cli/input/select/columns.h"
 #include "cli/input/select/expression.h"
 #include "common/base/error.h"
 
@@ -24,6 +25,10 @@ class UnknownNumber : public InputError {
  private:
   std::string name_;
 };
+
+/// Returns number_source() (columns.h). If the particles lack the number, throws UnknownNumber for
+/// a numeric column, otherwise SourceError with `key`.
+NumberSource known_number(const char* key, const std::string& name, const Particles& particles);
 
 /// Runs `work` and returns its result. Turns InputErrors other than UnknownNumber into SourceErrors
 /// with `key`.

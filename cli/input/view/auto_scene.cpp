@@ -92,13 +92,14 @@ void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spher
 
 AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                const Viewing& viewing, int threads) {
-  Particles all = read_particles(file, request_of(source, {}, threads));
+  const ParticleRequest request = request_of(source, {}, threads);
+  Particles all = read_particles(file, request);
   decide_for_beads(all, source);
-  Particles particles = selected(std::move(all), file, source, {}, threads);
+  Particles particles = selected(std::move(all), file, source, request);
   const bool crystal = source.cell.crystal.value_or(false);
   decide_style(particles, source);
   Subject subject = subject_of(particles, viewing.whole_cell || crystal || source.solid_cell);
-  SelectedParticles parts = parts_of(std::move(particles), file, source, {}, threads);
+  SelectedParticles parts = parts_of(std::move(particles), file, source, request);
   AutoScene out;
   source.file = file.name();
   out.file.labels.cell = out.file.cell_if_it_fits = crystal;

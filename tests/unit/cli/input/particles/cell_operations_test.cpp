@@ -212,8 +212,8 @@ TEST_CASE("operations come in their order, before the selection") {
   source.cell.replicate = replicas_from("2x1x1");
   source.filter.select = "x > 10";
   PackedFile packed(file);
-  const Particles particles =
-      selected(read_particles(packed, request_of(source, {})), packed, source);
+  const Particles particles = selected(read_particles(packed, request_of(source, {})), packed,
+                                       source, request_of(source, {}));
   REQUIRE(particles.count() == 3);
   CHECK(length(particles.positions[0] - Vec3d{15, 5, 5}) < 1e-9);
   CHECK(length(particles.positions[1] - Vec3d{15.8, 5, 5}) < 1e-9);
