@@ -1,10 +1,9 @@
-#include "cli/input/particles/representations.h"
-
 #include <algorithm>
 #include <limits>
 #include <string>
 #include <utility>
 
+#include "cli/input/particles/selected_particles.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"

@@ -11,7 +11,6 @@
 #include "cli/input/particles/particle_summary.h"
 #include "cli/input/particles/residues.h"
 #include "cli/input/select/neighbour_grid.h"
-#include "cli/input/select/text_range.h"
 #include "common/base/bands.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"

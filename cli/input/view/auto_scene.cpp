@@ -14,7 +14,7 @@
 #include "cli/input/particles/particle_spheres.h"
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/particles/sticks.h"
-#include "cli/input/view/principal_axes.h"
+#include "cli/input/view/view.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"

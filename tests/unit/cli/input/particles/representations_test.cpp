@@ -1,4 +1,3 @@
-#include "cli/input/particles/representations.h"
 
 #include <doctest/doctest.h>
 
