@@ -40,7 +40,6 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// A category to which particles may belong.
 struct Category {
   std::string name;
   Vec3d color;
@@ -96,7 +95,6 @@ bool reads_before(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-/// Colours particles by name.
 ParticleColors by_name(std::string title, const NameColumn& column,
                        const std::vector<std::string>& names) {
   const std::vector<Vec3d> colors = colors_of_names(column.names);
@@ -164,7 +162,6 @@ void each_block(const NumberSource& source, std::size_t begin, std::size_t end, 
   }
 }
 
-/// Returns whether a number may be an end of the scale.
 bool can_be_end(double value, NumberScale scale) {
   return std::isfinite(value) && (scale != NumberScale::log || value > 0);
 }

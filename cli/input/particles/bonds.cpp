@@ -207,7 +207,6 @@ constexpr double least_distance = 0.5;  // angstrom, of two atoms
 
 using Bonds = std::vector<PeriodicBond>;
 
-/// Finds the vectors of bonds.
 class Images {
  public:
   explicit Images(const Particles& particles) : particles_(particles) {

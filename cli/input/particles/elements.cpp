@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "cli/output/picture/srgb.h"
+#include "common/base/ascii.h"
 
 namespace parray::input {
 namespace {
@@ -79,9 +80,8 @@ constexpr std::size_t symbol_places = alphabet * (alphabet + 1);
 
 /// Returns the place of a letter in the alphabet, 0 to 25, in either case.
 std::optional<std::size_t> letter_in(char c) {
-  if (c >= 'A' && c <= 'Z') return static_cast<std::size_t>(c - 'A');
-  if (c >= 'a' && c <= 'z') return static_cast<std::size_t>(c - 'a');
-  return {};
+  if (!ascii::is_letter(c)) return {};
+  return static_cast<std::size_t>(ascii::lower(c) - 'a');
 }
 
 /// Returns the place of a symbol in a table of all texts of one or two letters.

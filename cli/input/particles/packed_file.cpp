@@ -174,7 +174,6 @@ struct stat status_of(int file, const FilePlace& place) {
   return status;
 }
 
-/// The bytes of a file that is not packed.
 class PlainBytes : public Unpacker {
  public:
   PlainBytes(int file, FilePlace place) : file_(file), place_(std::move(place)) {}

@@ -13,7 +13,6 @@ namespace {
 
 constexpr auto no_owner = std::numeric_limits<std::uint16_t>::max();
 
-/// Which representation each particle belongs to.
 struct Owners {
   std::vector<std::uint16_t> number;  ///< one per particle; no_owner: none
   std::uint64_t shared = 0;           ///< number of particles in several selections
@@ -48,7 +47,6 @@ Owners owners_of(const Particles& particles, const std::vector<Representation>& 
   return owners;
 }
 
-/// Returns the numbers of the particles in a mask.
 std::vector<std::uint32_t> places_in(const ParticleMask& mask) {
   std::vector<std::uint32_t> places;
   for (std::size_t i = 0; i < mask.size(); ++i) {

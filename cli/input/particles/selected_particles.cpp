@@ -37,7 +37,6 @@ void with_remedy(const char* key, std::span<const std::string_view> words, Packe
   }
 }
 
-/// Returns the decided rule of the material of `look`.
 ParticleMaterial decided_material(const ParticleLook& look, const Particles& particles) {
   if (look.coloring.empty()) return decided(look.material, particles);
   using Choice = ParticleMaterial::Rule;

@@ -15,7 +15,6 @@ namespace {
 
 enum class TarPart : std::uint8_t { file, attributes, end, unknown };
 
-/// The header of a part of an archive.
 struct TarHeader {
   TarPart part = TarPart::unknown;
   std::uint64_t bytes = 0;  // of the part's data, without padding

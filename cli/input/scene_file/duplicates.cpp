@@ -32,7 +32,6 @@ struct Entry {
   std::uint32_t place;
 };
 
-/// A sphere that repeats an earlier one.
 struct Repeat {
   std::uint32_t place;
   std::uint32_t of;

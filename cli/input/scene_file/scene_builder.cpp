@@ -72,7 +72,6 @@ Material read_seed_material(const JsonValue& value, const JsonPlace& place) {
   return material;
 }
 
-/// Returns whether an item of "spheres" has the shape of the seed format.
 bool is_seed_sphere(const JsonValue& value) {
   return std::ranges::find(value.members, "sphere", &JsonMember::key) != value.members.end();
 }

@@ -12,13 +12,6 @@
 #include "common/base/suggest.h"
 
 namespace parray::input {
-namespace {
-
-/// Least sine of the angle between `up` and the view. At smaller angles, rounding of `up` would
-/// determine the rotation of the picture.
-constexpr double min_up_sine = 1e-6;
-
-}  // namespace
 
 std::string problem_with(const Camera& camera) {
   const Vec3d view = camera.look_at - camera.look_from;
@@ -29,6 +22,9 @@ std::string problem_with(const Camera& camera) {
            " apart: use a distance between " + number_text(limits::min_radius) + " and " +
            number_text(limits::max_length);
   }
+  // At smaller angles between `up` and the view, rounding of `up` would determine the rotation of
+  // the picture.
+  constexpr double min_up_sine = 1e-6;
   const double up_length = length(camera.up);
   if (up_length < limits::min_radius) return "up is zero: write a direction such as [0, 1, 0]";
   const double sine = length(cross((1 / up_length) * camera.up, normalize(view)));
@@ -51,6 +47,15 @@ namespace {
 
 /// Returns whether a section has the setting. 0 means a section other than `image` and `render`.
 bool is_in(unsigned section, const Setting& setting) { return section == 0 || setting.is(section); }
+
+/// Returns the keys that `describe(visitor)` visits and that belong to `section`.
+std::vector<std::string_view> keys_of(const auto& describe, unsigned section = 0) {
+  std::vector<std::string_view> keys;
+  describe([&](const Setting& setting, const auto&... /*rule and values*/) {
+    if (is_in(section, setting)) keys.emplace_back(setting.key);
+  });
+  return keys;
+}
 
 /// A visitor of a description that sets the members that a section names. Throws InputError with
 /// the place.
@@ -123,7 +128,27 @@ class SectionReader {
     return words;
   }
 
-  std::vector<Representation> read(const char* key, Representations /*rule*/) const;
+  std::vector<Representation> read(const char* key, Representations /*rule*/) const {
+    static const auto keys = keys_of([](const auto& f) { representation_fields(f); });
+    const JsonValue& list = *fields_.find(key);
+    if (list.kind != JsonKind::array) {
+      fail(key, "this is not a list: write [{\"select\": \"protein\", ...}, ...]");
+    }
+    if (list.items.size() > max_representations) {
+      fail(key, "the list has more than " + std::to_string(max_representations) +
+                    " items: use several items of particles");
+    }
+    const JsonPlace object = fields_.place().at(key);
+    std::vector<Representation> shows;
+    for (const JsonValue& item : list.items) {
+      const JsonPlace place = object.at(shows.size());
+      const JsonFields fields(item, place, keys);
+      Representation& show = shows.emplace_back();
+      show.line = fields.line();
+      representation_fields(SectionReader(fields), show);
+    }
+    return shows;
+  }
 
   /// Returns the text of a value, which may also have the other form.
   static std::string text_in(const JsonValue& value, const JsonPlace& place, JsonForm form) {
@@ -166,37 +191,6 @@ class SectionReader {
   const JsonFields& fields_;
   unsigned section_;
 };
-
-/// Returns the keys that `describe(visitor)` visits and that belong to `section`.
-std::vector<std::string_view> keys_of(const auto& describe, unsigned section = 0) {
-  std::vector<std::string_view> keys;
-  describe([&](const Setting& setting, const auto&... /*rule and values*/) {
-    if (is_in(section, setting)) keys.emplace_back(setting.key);
-  });
-  return keys;
-}
-
-std::vector<Representation> SectionReader::read(const char* key, Representations /*rule*/) const {
-  static const auto keys = keys_of([](const auto& f) { representation_fields(f); });
-  const JsonValue& list = *fields_.find(key);
-  if (list.kind != JsonKind::array) {
-    fail(key, "this is not a list: write [{\"select\": \"protein\", ...}, ...]");
-  }
-  if (list.items.size() > max_representations) {
-    fail(key, "the list has more than " + std::to_string(max_representations) +
-                  " items: use several items of particles");
-  }
-  const JsonPlace object = fields_.place().at(key);
-  std::vector<Representation> shows;
-  for (const JsonValue& item : list.items) {
-    const JsonPlace place = object.at(shows.size());
-    const JsonFields fields(item, place, keys);
-    Representation& show = shows.emplace_back();
-    show.line = fields.line();
-    representation_fields(SectionReader(fields), show);
-  }
-  return shows;
-}
 
 /// Throws InputError if the camera has a key that its projection does not use.
 void refuse(const JsonFields& fields, std::string_view key, const std::string& problem) {

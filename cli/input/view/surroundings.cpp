@@ -26,7 +26,6 @@ constexpr double auto_scene_vfov = 20;
 /// with the slope t if x + t z + r sqrt(1 + t^2) <= ex + t ez. The other side uses -x, -ex and a
 /// slope of its own. For t = 0 the lines are parallel: extents of an orthographic camera.
 struct Wedge {
-  /// One side of the wedge.
   struct Side {
     explicit Side(double tangent) : t(tangent), secant(square_root(1 + tangent * tangent)) {}
 
@@ -138,7 +137,6 @@ Extent extent_of(const Shot& shot, const PictureArea& area, int threads) {
   return whole;
 }
 
-/// Returns the axis of a turntable for a viewpoint.
 TurnAxis axis_of(const Viewpoint& view) {
   const bool wall = view.off_ground == view.frame.back;
   return {view.frame.center, wall ? view.frame.up : view.off_ground};
@@ -151,7 +149,6 @@ Vec3d middle_of(std::span<const Sphere> spheres) {
   return 0.5 * bounds.low + 0.5 * bounds.high;
 }
 
-/// Returns the spheres at many angles of a turntable.
 std::vector<Sphere> all_around(const std::vector<Sphere>& spheres, const TurnAxis& axis) {
   constexpr int angles = 60;
   std::vector<Sphere> around;

@@ -25,7 +25,6 @@ constexpr double least_sine = 0.28;
 constexpr std::array<View, 6> views_of_axes{View::right, View::left, View::back,
                                             View::front, View::top,  View::bottom};
 
-/// Sine and cosine of an angle.
 struct Angle {
   double sine;
   double cosine;
@@ -87,7 +86,6 @@ Vec3d turned_direction(const Vec3d& v, const Vec3d& up, double degrees) {
   return rotated(v, up, {std::sin(angle), std::cos(angle)});
 }
 
-/// Extents of centres along three axes.
 class Reach {
  public:
   Reach(std::span<const Sphere> spheres, const Axes& axes) : axes_{axes.right, axes.up, axes.back} {
@@ -121,15 +119,12 @@ class Reach {
   std::array<NumberBounds, 3> extents_;
 };
 
-/// The coordinate axes: x right, y up, z back.
 constexpr Axes coordinates{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
 
 Axes around(Axes frame, const Vec3d& center) {
   frame.center = center;
   return frame;
 }
-
-Viewpoint face_on(const Axes& frame) { return {frame, frame.back}; }
 
 /// Returns the rotation that turns z to `up`, as the images of x, -y and z in `right`, `back` and
 /// `up`.
@@ -159,7 +154,7 @@ Viewpoint above_ground(const Axes& frame, const Vec3d& up) {
 
 /// Returns the view of a flat group, which looks at it unless the user turns it.
 Viewpoint face_on(const Axes& frame, const Turning& turning) {
-  if (turning.empty()) return face_on(frame);
+  if (turning.empty()) return {frame, frame.back};
   return above_ground(turned(frame, no_turn.replaced_by(turning)), frame.up);
 }
 
