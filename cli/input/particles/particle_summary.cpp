@@ -54,7 +54,7 @@ double angle_between(const Vec3d& a, const Vec3d& b) {
 
 }  // namespace
 
-NameCounts elements_in(const std::vector<std::uint8_t>& elements) {
+NameCounts element_counts(const std::vector<std::uint8_t>& elements) {
   std::array<std::uint64_t, last_element + 1> numbers{};
   for (const std::uint8_t element : elements) ++numbers.at(element);
   NameCounts counts;
@@ -78,7 +78,7 @@ bool begins_residue(const Particles& particles, std::size_t i) {
 ParticleSummary summary_of(const Particles& particles) {
   ParticleSummary summary;
   summary.count = particles.count();
-  if (!particles.elements.empty()) summary.elements = elements_in(particles.elements);
+  if (!particles.elements.empty()) summary.elements = element_counts(particles.elements);
   summary.types = counts_of(particles.types);
   summary.chains = counts_of(particles.chains);
   count_residues(particles, summary);

@@ -115,12 +115,12 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
 
 /// A particle file that stays open, so that reading the frames of a trajectory one after the other
 /// reads the file once.
-struct Trajectory {
-  explicit Trajectory(const std::filesystem::path& path) : file(path) {}
+struct OpenTrajectory {
+  explicit OpenTrajectory(const std::filesystem::path& path) : file(path) {}
   PackedFile file;
   FrameCursor cursor;
 };
-using OpenTrajectories = std::map<std::filesystem::path, Trajectory>;
+using OpenTrajectories = std::map<std::filesystem::path, OpenTrajectory>;
 
 /// Reads the files of `file.particles` and appends their spheres and capsules to the scene, in
 /// order: see append_parts(). Clears `file.particles`. Names of particle files are relative to the

@@ -262,10 +262,10 @@ class SceneBuilder final : public JsonSink {
   /// Adds a shape of version 1, whose material is the name in `fields`.
   template <typename Shape>
   void add_shape(Shape shape, std::string_view section, const JsonFields& fields,
-                 std::vector<Shape>& shapes) {
+                 std::vector<Shape>& to) {
     const std::string& material = fields.string("material");
-    shape.material = names_.use(material, section, shapes.size(), fields.find("material")->line);
-    shapes.push_back(shape);
+    shape.material = names_.use(material, section, to.size(), fields.find("material")->line);
+    to.push_back(shape);
     check_names(fields.place(), fields.line());
   }
 

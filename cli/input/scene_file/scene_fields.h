@@ -32,8 +32,8 @@ struct LabelText {
 namespace scene_words {
 inline constexpr std::array<std::string_view, 2> projections{"perspective", "orthographic"};
 inline constexpr std::array<std::string_view, 3> materials{"diffuse", "metal", "dielectric"};
-inline constexpr Words projection{"projection", projections};
-inline constexpr Words material{"material type", materials};
+inline constexpr scene::Words projection{"projection", projections};
+inline constexpr scene::Words material{"material type", materials};
 }  // namespace scene_words
 
 template <typename F, typename... S>

@@ -318,7 +318,7 @@ std::string some_of(const std::vector<std::string>& names) {
 
 std::vector<std::string> symbols_of(const Particles& particles) {
   std::vector<std::string> symbols;
-  for (const auto& [symbol, count] : elements_in(particles.elements)) symbols.push_back(symbol);
+  for (const auto& [symbol, count] : element_counts(particles.elements)) symbols.push_back(symbol);
   return symbols;
 }
 
