@@ -11,7 +11,7 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/label_settings.h"
-#include "cli/input/scene_file/scene_writer.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/text.h"

@@ -14,7 +14,7 @@
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/surroundings.h"
-#include "cli/input/view/turntable.h"
+#include "cli/input/view/view.h"
 
 namespace parray::commands {
 
@@ -91,7 +91,7 @@ class FrameScenes {
   OnRead on_read_;
 };
 
-/// Turns the camera around the axis, as turned() does (turntable.h). In an automatic scene, the
+/// Turns the camera around the axis, as turned() does (view.h). In an automatic scene, the
 /// scenery (ground or wall, light blocker) turns with the camera.
 void turn(SceneFile& scene, const TurnAxis& axis, double degrees);
 

@@ -81,7 +81,7 @@ void check_beside(const SceneFile& scene, const std::string& file) {
     for (const std::string& named : {source.file, source.topology}) {
       if (fs::path(named).filename() == named) continue;
       throw InputError(
-          printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
+          printable(file, 4096) + ":" + std::to_string(source.line_of("file")) + ": '" +
           printable(named) +
           "' is a path: send the file as a part of the same form, and write only its name");
     }

@@ -6,7 +6,7 @@
 #include <iostream>
 #include <string>
 
-#include "cli/input/scene_file/scene_writer.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "tests/support/extreme_scenes.h"
 #include "tests/support/rooms.h"
 

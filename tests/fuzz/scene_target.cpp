@@ -3,7 +3,6 @@
 #include <sstream>
 
 #include "cli/input/scene_file/scene_file.h"
-#include "cli/input/scene_file/scene_writer.h"
 #include "common/base/error.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/rooms.h"

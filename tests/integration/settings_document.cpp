@@ -6,7 +6,6 @@
 #include <string>
 #include <type_traits>
 
-#include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "cli/scene_sandbox/upload_jobs.h"

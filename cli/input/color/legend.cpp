@@ -36,7 +36,6 @@ ordered_json json_of(const Legend& legend) {
   return out;
 }
 
-/// Returns whether two legends have the same title and the same scale.
 bool alike(const Legend& a, const Legend& b) {
   return a.title == b.title && a.unit == b.unit && a.low == b.low && a.high == b.high &&
          a.log == b.log && a.stops == b.stops;

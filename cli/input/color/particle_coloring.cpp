@@ -1,8 +1,5 @@
 #include "cli/input/color/particle_coloring.h"
 
-#include <algorithm>
-
-#include "cli/input/select/columns.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -14,10 +11,6 @@ namespace {
 constexpr const char* range_remedy =
     " is not a range: write two ascending numbers, or two ascending percentages of the particles, "
     "such as 1%:99%";
-
-bool is_category(std::string_view by) {
-  return std::ranges::find(color_by_words, by) != color_by_words.end();
-}
 
 bool is_possible(const TextRange& range) {
   const auto in_percent = [](const std::optional<RangeEnd>& end) {
@@ -40,10 +33,7 @@ std::string color_by_from(std::string_view text) {
 }
 
 std::optional<ColorMap> color_map_from(std::string_view text) {
-  const std::optional<ColorMap> map = color_map_named(text);
-  if (map) return map;
-  throw InputError("unknown colour map '" + printable(text) +
-                   "': " + remedy_for_name(text, color_map_words));
+  return static_cast<ColorMap>(known_place("colour map", text, color_map_words));
 }
 
 std::string text_of(const std::optional<ColorMap>& map) {
@@ -57,11 +47,7 @@ TextRange color_range_from(std::string_view text) {
 }
 
 std::optional<NumberScale> number_scale_from(std::string_view text) {
-  if (const auto place = place_in(number_scale_words, text)) {
-    return static_cast<NumberScale>(*place);
-  }
-  throw InputError("unknown colour scale '" + printable(text) +
-                   "': " + remedy_for_name(text, number_scale_words));
+  return static_cast<NumberScale>(known_place("colour scale", text, number_scale_words));
 }
 
 std::string text_of(const std::optional<NumberScale>& scale) {
@@ -75,7 +61,7 @@ std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring) {
                                                    : nullptr;
   if (key == nullptr) return {};
   if (coloring.empty()) return ColoringProblem{key, "has no effect without \"color_by\": add it"};
-  if (is_category(coloring.by)) {
+  if (place_in(color_by_words, coloring.by)) {
     return ColoringProblem{key, "works only with numbers, and '" + printable(coloring.by) +
                                     "' is not a number: leave it out"};
   }
@@ -83,11 +69,6 @@ std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring) {
     return ColoringProblem{key, "has no effect on categories: leave it out"};
   }
   return {};
-}
-
-std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring) {
-  if (coloring.empty() || is_category(coloring.by) || !is_requested_column(coloring.by)) return {};
-  return {coloring.by};
 }
 
 }  // namespace parray::input

@@ -3,12 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "cli/input/select/text_range.h"
+#include "cli/input/color/number_bounds.h"
 #include "cli/output/picture/color_map.h"
 
 namespace parray::input {
@@ -63,8 +62,5 @@ struct ColoringProblem {
 };
 /// Returns the first contradiction. Returns nothing if the members agree.
 std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring);
-
-/// Returns the names of the file's numeric columns that the colouring needs.
-std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring);
 
 }  // namespace parray::input

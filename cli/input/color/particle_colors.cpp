@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -41,7 +40,6 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// A category to which particles may belong.
 struct Category {
   std::string name;
   Vec3d color;
@@ -97,7 +95,6 @@ bool reads_before(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-/// Colours particles by name.
 ParticleColors by_name(std::string title, const NameColumn& column,
                        const std::vector<std::string>& names) {
   const std::vector<Vec3d> colors = colors_of_names(column.names);
@@ -160,12 +157,11 @@ void each_block(const NumberSource& source, std::size_t begin, std::size_t end, 
   std::array<double, block_size> values{};
   for (std::size_t first = begin; first < end; first += block_size) {
     const std::span<double> some = std::span(values).first(std::min(block_size, end - first));
-    source.values(first, some);
+    source(first, some);
     take(first, some);
   }
 }
 
-/// Returns whether a number may be an end of the scale.
 bool can_be_end(double value, NumberScale scale) {
   return std::isfinite(value) && (scale != NumberScale::log || value > 0);
 }
@@ -296,19 +292,12 @@ std::vector<Vec3d> samples_of(ColorMap map, std::size_t count) {
   return colors;
 }
 
-NumberSource source_of(const std::string& by, const Particles& particles) {
-  const std::optional<NumberSource> source = NumberSource::of(by, particles);
-  if (source) return *source;
-  if (is_number_column(by)) throw UnknownNumber(by);
-  throw SourceError("color_by", "the file has no " + printable(by) + " column");
-}
-
 /// Colours each number by itself. Throws SourceError if there are more than most_categories.
 ParticleColors colored_by_each_number(const ParticleColoring& coloring,
                                       const Particles& particles) {
   constexpr std::size_t most_categories = 1000;
   const std::string& by = coloring.by;
-  const NumberSource source = source_of(by, particles);
+  const NumberSource source = known_number("color_by", by, particles);
   NameColumn column;
   std::map<double, std::uint32_t> known;
   constexpr double not_known = std::numeric_limits<double>::infinity();
@@ -340,7 +329,7 @@ ParticleColors colored_by_each_number(const ParticleColoring& coloring,
 
 ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& particles,
                                  int threads) {
-  const NumberSource source = source_of(coloring.by, particles);
+  const NumberSource source = known_number("color_by", coloring.by, particles);
   const NumberScale kind = coloring.scale.value_or(NumberScale::linear);
   const ColorMap map = coloring.map.value_or(ColorMap::viridis);
   const std::size_t count = particles.count();
@@ -373,20 +362,15 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
   if (misfits.unknown > 0 || contains(coloring.names, not_known)) {
     colors.legend.entries.push_back({not_known, color_of_unknown(map), misfits.unknown});
   }
-  if (misfits.unknown > 0) {
-    particles.facts.notes.push_back(
-        {"unknown_numbers", misfits.unknown,
-         particles_word(misfits.unknown) +
-             (kind == NumberScale::log ? " without a positive " : " without a known ") +
-             printable(coloring.by) + ", in a separate colour"});
-  }
-  if (misfits.clipped > 0) {
-    particles.facts.notes.push_back({"clipped", misfits.clipped,
-                                     particles_word(misfits.clipped) + " whose " +
-                                         printable(coloring.by) + " is outside " +
-                                         number_text(scale.low) + " to " + number_text(scale.high) +
-                                         ", in the colour of the nearer end"});
-  }
+  particles.facts.note(
+      "unknown_numbers", misfits.unknown,
+      particles_word(misfits.unknown) +
+          (kind == NumberScale::log ? " without a positive " : " without a known ") +
+          printable(coloring.by) + ", in a separate colour");
+  particles.facts.note("clipped", misfits.clipped,
+                       particles_word(misfits.clipped) + " whose " + printable(coloring.by) +
+                           " is outside " + number_text(scale.low) + " to " +
+                           number_text(scale.high) + ", in the colour of the nearer end");
   return colors;
 }
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/input/scene_file/scene_keys.h"
+#include "cli/input/scene_file/scene_fields.h"
 #include "common/base/text.h"
 
 namespace parray::input {

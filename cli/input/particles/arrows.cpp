@@ -1,7 +1,6 @@
 #include "cli/input/particles/arrows.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -80,11 +79,8 @@ std::vector<Vec3d> vectors_of(const std::array<const NumberColumn*, 3>& columns,
     if (known) vectors[i] = v;
     unknown += known ? 0 : 1;
   }
-  if (unknown > 0) {
-    particles.facts.notes.push_back(
-        {"unknown_vectors", unknown,
-         particles_word(unknown) + " without a known vector, drawn without an arrow"});
-  }
+  particles.facts.note("unknown_vectors", unknown,
+                       particles_word(unknown) + " without a known vector, drawn without an arrow");
   return vectors;
 }
 

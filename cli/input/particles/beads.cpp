@@ -141,11 +141,10 @@ void decide_for_beads(Particles& particles, ParticleSource& source) {
     text += std::string(colored ? "," : ":") + " with " + (whole ? "" : "half ") +
             "the radius at which neighbours touch" + (whole && half ? ", or half of it" : "");
   }
-  std::vector<ParticleNote>& notes = particles.facts.notes;
-  std::erase_if(notes, [](const ParticleNote& note) {
+  std::erase_if(particles.facts.notes, [](const ParticleNote& note) {
     return note.key == "guessed_elements" || note.key == "unknown_elements";
   });
-  notes.push_back({"beads", particles.count(), text});
+  particles.facts.note("beads", particles.count(), text);
 }
 
 }  // namespace parray::input

@@ -1,7 +1,5 @@
 #include "cli/input/particles/file_place.h"
 
-#include <optional>
-
 #include "common/base/printable.h"
 #include "common/base/text.h"
 #include "common/scene/limits.h"

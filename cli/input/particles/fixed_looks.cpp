@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/residues.h"

@@ -35,13 +35,6 @@ FrameCount count_frames(FrameReader& reader) {
   return count;
 }
 
-void note_problem(const FrameCount& count, ParticleFacts& facts) {
-  if (count.problem.empty()) return;
-  facts.notes.push_back({"unreadable_frames", 1,
-                         "frame after the first " + std::to_string(count.frames) +
-                             " cannot be read and ends the count: " + count.problem});
-}
-
 /// Throws the error that `frame`, which the reader has just read, is empty.
 [[noreturn]] void fail_empty(FrameReader& reader, std::uint64_t frame) {
   const FilePlace place = reader.place();
@@ -58,11 +51,8 @@ Particles read_filled(FrameReader& reader, std::uint64_t& frame) {
   for (frame = 0; reader.next(); ++frame) {
     Particles particles = reader.read();
     if (particles.count() == 0) continue;
-    if (frame > 0) {
-      particles.facts.notes.push_back(
-          {"empty_frames", frame,
-           (frame == 1 ? "empty frame" : "empty frames") + std::string(" at the start skipped")});
-    }
+    particles.facts.note("empty_frames", frame,
+                         in_number(frame, "empty frame", "empty frames") + " at the start skipped");
     return particles;
   }
   reader.place().fail("the file has no particles: check that this is the right file");
@@ -125,7 +115,9 @@ Particles read_frame(PackedFile& file, const ParticleRequest& request, const Ope
   }
   if (count) {
     particles.facts.frames = count->frames;
-    note_problem(*count, particles.facts);
+    particles.facts.note("unreadable_frames", count->problem.empty() ? 0 : 1,
+                         "frame after the first " + std::to_string(count->frames) +
+                             " cannot be read and ends the count: " + count->problem);
   }
   return particles;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string>
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/residues.h"

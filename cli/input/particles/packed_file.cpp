@@ -9,12 +9,8 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <filesystem>
 #include <functional>
-#include <string>
 #include <system_error>
-#include <utility>
-#include <vector>
 
 #include "cli/input/particles/tar_member.h"
 #include "common/base/module.h"
@@ -178,7 +174,6 @@ struct stat status_of(int file, const FilePlace& place) {
   return status;
 }
 
-/// The bytes of a file that is not packed.
 class PlainBytes : public Unpacker {
  public:
   PlainBytes(int file, FilePlace place) : file_(file), place_(std::move(place)) {}
@@ -211,8 +206,7 @@ std::unique_ptr<Unpacker> bytes_without(std::string_view packing, int file,
 std::unique_ptr<Unpacker> unpacker_for(std::string_view packing, int file, const FilePlace& place) {
   const auto* const of_tar = std::ranges::find(packings, packing, &Packing::of_tar);
   if (packing != plain_tar && of_tar == packings.end()) return bytes_without(packing, file, place);
-  return std::make_unique<TarMember>(
-      bytes_without(packing == plain_tar ? "" : of_tar->name, file, place));
+  return tar_member(bytes_without(packing == plain_tar ? "" : of_tar->name, file, place));
 }
 
 /// Returns whether a file with this compression is a tar archive that contains one file.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cli/input/particles/guess_element.h"
 #include "cli/output/picture/srgb.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
@@ -136,9 +137,7 @@ void ParticleColumns::unknown_element() {
 
 Particles ParticleColumns::finish_frame() {
   if (any_element_ && unknown_elements_ > 0) {
-    particles_.facts.notes.push_back(
-        {"unknown_elements", unknown_elements_,
-         in_number(unknown_elements_, "particle", "particles") + " of an unknown element"});
+    particles_.facts.notes.push_back(unknown_elements_note(unknown_elements_));
   }
   unknown_elements_ = 0;
   if (!any_element_) particles_.elements = {};

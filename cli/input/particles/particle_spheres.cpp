@@ -4,13 +4,10 @@
 #include <limits>
 #include <numeric>
 #include <span>
-#include <string_view>
 #include <utility>
 
 #include "cli/input/particles/bonds.h"
-#include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/scene_file/material_table.h"
 #include "common/base/bands.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -30,6 +27,7 @@ Material diffuse(const Vec3d& albedo) {
   return {MaterialType::diffuse, without_negative_zero(albedo), 0, 1};
 }
 
+/// Frees the memory of a column.
 template <typename Column>
 void release(Column& column) {
   Column().swap(column);
@@ -74,23 +72,14 @@ class MaterialLookup {
 
   /// Returns false if there are too many materials.
   bool find_all() {
-    const bool by_color = material_.rule == MaterialRule::column;
-    const bool one = material_.rule == MaterialRule::named;
-    if (by_color) {
-      numbers_.reserve(particles_.count());
-    } else {
-      numbers_.resize(kinds(), unknown);
-    }
-    for (std::size_t i = 0; i < (one ? 1 : particles_.count()); ++i) {
+    const std::size_t last = material_.rule == MaterialRule::named ? 1 : particles_.count();
+    numbers_.resize(kinds(), unknown);
+    for (std::size_t i = 0; i < last; ++i) {
       const std::size_t kind = kind_of(i);
-      if (!by_color && numbers_[kind] != unknown) continue;
-      const auto number = table_.intern(by_color ? diffuse(particles_.colors[i]) : of_kind(kind));
+      if (numbers_[kind] != unknown) continue;
+      const auto number = table_.intern(of_kind(kind));
       if (!number) return false;
-      if (by_color) {
-        numbers_.push_back(*number);
-      } else {
-        numbers_[kind] = *number;
-      }
+      numbers_[kind] = *number;
     }
     return true;
   }
@@ -104,11 +93,15 @@ class MaterialLookup {
   static constexpr std::uint32_t unknown = std::numeric_limits<std::uint32_t>::max();
 
   [[nodiscard]] std::size_t kinds() const {
-    constexpr std::size_t atomic_numbers = 256;
-    if (material_.rule == MaterialRule::color_by) return colors_.palette.size();
-    return material_.rule == MaterialRule::by_type ? particles_.types.names.size() : atomic_numbers;
+    switch (material_.rule) {
+      case MaterialRule::by_type: return particles_.types.names.size();
+      case MaterialRule::column: return particles_.count();
+      case MaterialRule::color_by: return colors_.palette.size();
+      default: return 256;  // atomic numbers
+    }
   }
   [[nodiscard]] Material of_kind(std::size_t kind) const {
+    if (material_.rule == MaterialRule::column) return diffuse(particles_.colors[kind]);
     return material_.rule == MaterialRule::color_by
                ? colored_material(colors_.palette[kind], material_, names_)
                : material_of(kind, particles_, material_, names_, type_colors_);

@@ -20,17 +20,6 @@ NameCounts counts_of(const NameColumn& column) {
   return counts;
 }
 
-NameCounts elements_in(const std::vector<std::uint8_t>& elements) {
-  std::array<std::uint64_t, last_element + 1> numbers{};
-  for (const std::uint8_t element : elements) ++numbers.at(element);
-  NameCounts counts;
-  for (std::uint8_t i = 1; i <= last_element; ++i) {
-    if (numbers.at(i) > 0) counts.emplace_back(element(i).symbol, numbers.at(i));
-  }
-  if (numbers[0] > 0) counts.emplace_back("unknown", numbers[0]);
-  return counts;
-}
-
 void count_residues(const Particles& particles, ParticleSummary& summary) {
   if (particles.residue_names.empty() && particles.residue_numbers.empty()) return;
   NameColumn of_residues{particles.residue_names.names, {}};
@@ -65,6 +54,17 @@ double angle_between(const Vec3d& a, const Vec3d& b) {
 
 }  // namespace
 
+NameCounts element_counts(const std::vector<std::uint8_t>& elements) {
+  std::array<std::uint64_t, last_element + 1> numbers{};
+  for (const std::uint8_t element : elements) ++numbers.at(element);
+  NameCounts counts;
+  for (std::uint8_t i = 1; i <= last_element; ++i) {
+    if (numbers.at(i) > 0) counts.emplace_back(element(i).symbol, numbers.at(i));
+  }
+  if (numbers[0] > 0) counts.emplace_back("unknown", numbers[0]);
+  return counts;
+}
+
 bool same_residue(const Particles& particles, std::size_t i, std::size_t j) {
   const auto same = [i, j](const auto& values) { return values.empty() || values[i] == values[j]; };
   return same(particles.residue_numbers) && same(particles.insertion_codes) &&
@@ -78,7 +78,7 @@ bool begins_residue(const Particles& particles, std::size_t i) {
 ParticleSummary summary_of(const Particles& particles) {
   ParticleSummary summary;
   summary.count = particles.count();
-  if (!particles.elements.empty()) summary.elements = elements_in(particles.elements);
+  if (!particles.elements.empty()) summary.elements = element_counts(particles.elements);
   summary.types = counts_of(particles.types);
   summary.chains = counts_of(particles.chains);
   count_residues(particles, summary);

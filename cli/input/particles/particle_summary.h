@@ -25,7 +25,7 @@ struct NumberRangeSeen {
 /// The content of a particle file, so that users can check that ParRay understood the file.
 struct ParticleSummary {
   std::uint64_t count = 0;
-  NameCounts elements;  ///< by atomic number, "unknown" last; empty: the file has no elements
+  NameCounts elements;  ///< element_counts(); empty: the file has no elements
   NameCounts types;
   NameCounts chains;         ///< with their numbers of particles
   NameCounts residue_names;  ///< with their numbers of residues
@@ -34,6 +34,10 @@ struct ParticleSummary {
   Vec3d high;
   std::vector<NumberRangeSeen> numbers;  ///< radii come first, under the name "radius"
 };
+
+/// Returns the symbols of elements that occur in a column, and their counts, by atomic number, and
+/// "unknown" last.
+NameCounts element_counts(const std::vector<std::uint8_t>& elements);
 
 /// Returns whether two particles have the same chain, residue number, insertion code and residue
 /// name. Columns that the file lacks are the same for all particles.

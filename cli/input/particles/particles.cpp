@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
-#include <string>
 #include <unordered_map>
-#include <utility>
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/file_place.h"
@@ -70,9 +68,14 @@ using Order = std::vector<std::size_t>;  ///< for each particle, its place in th
 
 constexpr std::string_view id_name = "id";
 
-Order by_number(const std::vector<double>& numbers) {
-  Order order(numbers.size());
+Order same_order(std::size_t count) {
+  Order order(count);
   std::iota(order.begin(), order.end(), std::size_t{0});
+  return order;
+}
+
+Order by_number(const std::vector<double>& numbers) {
+  Order order = same_order(numbers.size());
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return numbers[i]; });
   return order;
 }
@@ -99,8 +102,7 @@ Order same_numbers(const std::vector<double>& wanted, const std::vector<double>&
 /// Adds a note to `facts` if the particles are not in this order.
 Order by_own_number(const std::vector<double>& numbers, const std::filesystem::path& file,
                     ParticleFacts& facts) {
-  Order order(numbers.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  Order order = same_order(numbers.size());
   if (std::ranges::is_sorted(numbers)) return order;
   const Order sorted = by_number(numbers);
   for (std::size_t place = 0; place < sorted.size(); ++place) {
@@ -113,10 +115,9 @@ Order by_own_number(const std::vector<double>& numbers, const std::filesystem::p
     }
     order[sorted[place]] = place;
   }
-  facts.notes.push_back(
-      {"unsorted_atoms", numbers.size(),
-       "particles that are not sorted by id: the first atom of the topology belongs to "
-       "the smallest id, and so on"});
+  facts.note("unsorted_atoms", numbers.size(),
+             "particles that are not sorted by id: the first atom of the topology belongs to "
+             "the smallest id, and so on");
   return order;
 }
 
@@ -165,8 +166,7 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   }
   const NumberColumn* const own_ids = particles.numbers_named(id_name);
   const NumberColumn* const ids = from.numbers_named(id_name);
-  Order order(from.count());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  Order order = same_order(from.count());
   if (ids != nullptr) {
     order = own_ids == nullptr ? by_number(ids->values)
                                : same_numbers(own_ids->values, ids->values, topology);
@@ -270,13 +270,13 @@ Particles read_particles(PackedFile& file, const ParticleRequest& request) {
   if (request.topology.empty()) {
     Particles particles = read(file, format, request);
     if (format.holds == ParticleFormat::Holds::positions) {
-      particles.facts.notes.push_back(
-          {"nameless", particles.count(),
-           in_number(
-               particles.count(),
-               "particle that has only positions in this file: add a topology to give it a name",
-               "particles that have only positions in this file: add a topology to give them "
-               "names")});
+      particles.facts.note(
+          "nameless", particles.count(),
+          in_number(
+              particles.count(),
+              "particle that has only positions in this file: add a topology to give it a name",
+              "particles that have only positions in this file: add a topology to give them "
+              "names"));
     }
     return particles;
   }

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/math/vec.h"
@@ -63,6 +64,11 @@ struct ParticleFacts {
   std::optional<double> time{};           ///< time, step or number, as the file has it
   std::string length_unit{};              ///< of positions and radii; empty: not known
   std::vector<ParticleNote> notes{};
+
+  /// Adds a note unless `count` is 0.
+  void note(std::string key, std::uint64_t count, std::string text) {
+    if (count > 0) notes.push_back({std::move(key), count, std::move(text)});
+  }
 };
 
 /// A bond that the file states, between particles `first` < `second`.

@@ -1,11 +1,9 @@
-#include "cli/input/particles/representations.h"
-
 #include <algorithm>
-#include <cstdint>
 #include <limits>
 #include <string>
 #include <utility>
 
+#include "cli/input/particles/selected_particles.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
@@ -15,7 +13,6 @@ namespace {
 
 constexpr auto no_owner = std::numeric_limits<std::uint16_t>::max();
 
-/// Which representation each particle belongs to.
 struct Owners {
   std::vector<std::uint16_t> number;  ///< one per particle; no_owner: none
   std::uint64_t shared = 0;           ///< number of particles in several selections
@@ -23,18 +20,12 @@ struct Owners {
 
 /// Returns the particles in a selection. Throws SourceError if there are none.
 ParticleMask selected(const std::string& text, const Particles& particles, int threads) {
-  try {
-    const Selection selection(text);
-    ParticleMask mask = selection.mask(particles, threads);
-    if (std::ranges::find(mask, 1) != mask.end()) return mask;
-    const std::string what_there_is = selection.what_there_is(particles);
-    throw InputError("the selection has none of " + std::to_string(particles.count()) +
-                     " particles: " + (what_there_is.empty() ? "select more" : what_there_is));
-  } catch (const UnknownNumber&) {
-    throw;
-  } catch (const InputError& error) {
-    throw SourceError("select", error.what());
-  }
+  return blaming("select", [&] {
+    return Selection(text).some(
+        particles, threads,
+        "the selection has none of " + std::to_string(particles.count()) + " particles: ",
+        "select more");
+  });
 }
 
 Owners owners_of(const Particles& particles, const std::vector<Representation>& shows,
@@ -56,7 +47,6 @@ Owners owners_of(const Particles& particles, const std::vector<Representation>& 
   return owners;
 }
 
-/// Returns the numbers of the particles in a mask.
 std::vector<std::uint32_t> places_in(const ParticleMask& mask) {
   std::vector<std::uint32_t> places;
   for (std::size_t i = 0; i < mask.size(); ++i) {
@@ -65,16 +55,12 @@ std::vector<std::uint32_t> places_in(const ParticleMask& mask) {
   return places;
 }
 
-void add_notes(const Owners& owners, std::vector<ParticleNote>& notes) {
-  if (owners.shared > 0) {
-    notes.push_back(
-        {"shown_twice", owners.shared,
-         particles_word(owners.shared) + " in several representations, drawn as the last of them"});
-  }
+void add_notes(const Owners& owners, ParticleFacts& facts) {
+  facts.note(
+      "shown_twice", owners.shared,
+      particles_word(owners.shared) + " in several representations, drawn as the last of them");
   const auto left = static_cast<std::uint64_t>(std::ranges::count(owners.number, no_owner));
-  if (left > 0) {
-    notes.push_back({"not_shown", left, particles_word(left) + " in no representation, not shown"});
-  }
+  facts.note("not_shown", left, particles_word(left) + " in no representation, not shown");
 }
 
 }  // namespace
@@ -85,14 +71,14 @@ std::vector<ParticlePart> split(Particles& particles, const ParticleSource& sour
   const auto add = [&](Particles part, ParticleLook look, std::optional<std::size_t> number,
                        std::vector<std::uint32_t> numbers) {
     part.facts = {.format = {}, .length_unit = facts.length_unit};
-    parts.push_back({std::move(part), std::move(look), number, std::move(numbers)});
+    parts.push_back({std::move(part), std::move(look), number, std::move(numbers), {}, {}});
   };
   const std::optional<ParticleCell> cell = particles.cell;
   if (source.shows.empty()) {
     add(std::move(particles), source.look, {}, {});
   } else {
     const Owners owners = owners_of(particles, source.shows, threads);
-    add_notes(owners, facts.notes);
+    add_notes(owners, facts);
     for (std::size_t show = 0; show < source.shows.size(); ++show) {
       ParticleMask mask(particles.count());
       std::ranges::transform(owners.number, mask.begin(), [show](std::uint16_t owner) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -74,8 +73,6 @@ const Names& nucleotides() {
                            "6MZ", "A2M", "MA6", "5BU", "5CM", "8OG"};
   return names;
 }
-
-bool has_name(const Names& names, std::string_view name) { return names.contains(name); }
 
 /// Names of ions that differ from the element's symbol with or without a charge.
 const std::unordered_map<std::string_view, std::uint8_t>& ions() {
@@ -174,24 +171,24 @@ std::optional<std::size_t> group_that_lists(std::string_view name) {
 
 }  // namespace
 
-bool is_water(std::string_view residue) { return has_name(waters(), Upper(residue).view()); }
+bool is_water(std::string_view residue) { return waters().contains(Upper(residue).view()); }
 
 bool is_amino_acid(std::string_view residue) {
   const Upper upper(residue);
   const std::string_view name = upper.view();
-  if (has_name(amino_acids(), name)) return true;
+  if (amino_acids().contains(name)) return true;
   const bool end = name.size() == 4 && (name[0] == 'N' || name[0] == 'C');
-  return end && has_name(amino_acids(), name.substr(1));
+  return end && amino_acids().contains(name.substr(1));
 }
 
 bool is_nucleotide(std::string_view residue) {
   const Upper upper(residue);
   std::string_view name = upper.view();
-  if (has_name(nucleotides(), name)) return true;
+  if (nucleotides().contains(name)) return true;
   const bool end = name.size() > 1 && name.size() < 4 &&
                    (name.back() == '5' || name.back() == '3' || name.back() == 'N');
   if (end) name.remove_suffix(1);
-  return end && has_name(nucleotides(), name);
+  return end && nucleotides().contains(name);
 }
 
 std::uint8_t ion_element(std::string_view name) {
@@ -211,7 +208,7 @@ bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8
   const Upper upper(atom);
   const std::string_view name = upper.view();
   if (Upper(residue).view() == "DUM") return true;
-  if (is_water(residue)) return has_name(water_sites(), name);
+  if (is_water(residue)) return water_sites().contains(name);
   if (element != 0) return false;
   if (is_amino_acid(residue) && (is_mass_center(name) || is_pseudo_atom(name))) return true;
   return is_dummy(name);

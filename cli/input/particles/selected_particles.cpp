@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <iterator>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
+#include "cli/input/particles/cell_operations.h"
 #include "cli/input/particles/fixed_looks.h"
-#include "cli/input/particles/particle_shapes.h"
 #include "cli/input/particles/particle_spheres.h"
 #include "cli/input/particles/sticks.h"
 #include "cli/input/scene_file/scene_sections.h"
@@ -17,6 +15,9 @@
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
+#include "common/math/largest_component.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {
@@ -36,7 +37,6 @@ void with_remedy(const char* key, std::span<const std::string_view> words, Packe
   }
 }
 
-/// Returns the decided rule of the material of `look`.
 ParticleMaterial decided_material(const ParticleLook& look, const Particles& particles) {
   if (look.coloring.empty()) return decided(look.material, particles);
   using Choice = ParticleMaterial::Rule;
@@ -85,9 +85,8 @@ std::vector<DrawnBond> bonds_to_draw(const ParticleSource& source, Particles& pa
   std::vector<DrawnBond> bonds =
       blaming("bonds", [&] { return drawn_bonds(particles, source.bonds); });
   if (bonds.empty() && source.bonds != BondSource::off) {
-    particles.facts.notes.push_back(
-        {"no_bonds", particles.count(),
-         particles_word(particles.count()) + " without any bonds, so no sticks"});
+    particles.facts.note("no_bonds", particles.count(),
+                         particles_word(particles.count()) + " without any bonds, so no sticks");
   }
   return bonds;
 }
@@ -121,22 +120,31 @@ ParticleLook to_write(ParticleLook look) {
   return look;
 }
 
-/// Returns the numeric columns of the file that the look needs.
-std::set<std::string, std::less<>> numbers_of(const ParticleLook& look) {
-  std::set<std::string, std::less<>> numbers = input::numbers_of(look.coloring);
-  numbers.merge(input::numbers_of(look.radius_by));
-  return numbers;
-}
-
-/// Returns the numbers by which the source selects, colours and sizes particles, except slices.
+/// Returns the numbers by which the source selects, colours, sizes and moves particles, except
+/// slices.
 std::set<std::string, std::less<>> numbers_of(const ParticleSource& source) {
-  std::set<std::string, std::less<>> numbers = input::numbers_of(source.filter);
-  numbers.merge(numbers_of(source.look));
+  std::set<std::string, std::less<>> numbers;
+  const auto add_selection = [&](const std::string& text) {
+    if (!text.empty()) numbers.merge(Selection(text).numbers());
+  };
+  const auto add_column = [&](const std::string& name) {
+    if (!name.empty() && is_requested_column(name)) numbers.insert(name);
+  };
+  const auto add_look = [&](const ParticleLook& look) {
+    if (!place_in(color_by_words, look.coloring.by)) add_column(look.coloring.by);
+    add_column(look.radius_by.by);
+  };
+  add_selection(source.filter.select);
+  add_look(source.look);
   for (const Representation& show : source.shows) {
-    numbers.merge(input::numbers_of(ParticleFilter{.select = show.select, .slice = {}}));
-    numbers.merge(numbers_of(show.look));
+    add_selection(show.select);
+    add_look(show.look);
   }
-  numbers.merge(input::numbers_of(source.cell));
+  add_selection(source.cell.center);
+  if (source.cell.whole) {
+    numbers.insert("id");
+    numbers.insert(molecule_numbers.begin(), molecule_numbers.end());
+  }
   return numbers;
 }
 
@@ -145,21 +153,100 @@ std::set<std::string, std::less<>> numbers_of(const ParticleSource& source) {
 void note_hidden_columns(const ParticleSource& source, Particles& particles) {
   for (const std::string& name : numbers_of(source)) {
     if (is_number_column(name) || particles.numbers_named(name) == nullptr) continue;
-    particles.facts.notes.push_back(
-        {"hidden_column", particles.count(),
-         particles_word(particles.count()) + " with a column " + name +
-             " that is not used: " + name + " is " +
-             (name == "index" ? "the position in the file" : "a fraction of the cell")});
+    particles.facts.note(
+        "hidden_column", particles.count(),
+        particles_word(particles.count()) + " with a column " + name +
+            " that is not used: " + name + " is " +
+            (name == "index" ? "the position in the file" : "a fraction of the cell"));
   }
 }
 
 /// Returns what the frames of a film must agree on for the look of this part.
-PartLook look_of(const SelectedPart& part, const Legend& legend) {
+PartLook look_of(const ParticlePart& part, const Legend& legend) {
   PartLook look{
       .representation = part.representation, .colored = part.colors.numbers, .sized = part.sized};
   for (const LegendEntry& entry : legend.entries) look.names.push_back(entry.name);
   return look;
 }
+
+/// Turns the spheres of a source's particles into the shapes that the source asks for.
+class ParticleShapes {
+ public:
+  /// Begins before the first sphere of the source. All arguments must outlive the object.
+  ParticleShapes(const SelectedParticles& selected, const ParticleSource& source, Scene& scene)
+      : selected_(selected), source_(source), scene_(scene), first_(scene.spheres.size()) {
+    if (!selected.bonds.empty() || !selected.arrows.arrows.empty()) {
+      particles_.resize(selected.count);
+    }
+  }
+
+  /// Call it after append_spheres() for each part. Changes the radii of the spheres of `part`, the
+  /// last ones in the scene, by the style of its look, whose automatic rules were replaced: see
+  /// shape_spheres().
+  void add_part(const ParticlePart& part) {
+    const auto spheres = std::span(scene_.spheres).subspan(first_);
+    const double stick_radius = part.look.stick_radius.value_or(selected_.stick_radius);
+    shape_spheres(part.look, stick_radius, spheres);
+    if (!particles_.empty()) {
+      const bool sticks = has_sticks(part.look.style);
+      for (std::size_t i = 0; i < spheres.size(); ++i) {
+        particles_[part.numbers.empty() ? i : part.numbers[i]] = {
+            static_cast<std::uint32_t>(first_ + i), sticks ? stick_radius : 0, true};
+      }
+    }
+    first_ = scene_.spheres.size();
+  }
+
+  /// Appends the capsules after the last part: those of bonds (append_sticks()), then those of the
+  /// arrows in the order of particles, then the edges of the cell if `solid_cell` is set.
+  ///
+  /// Throws SourceError for "solid_cell" without a cell. Throws InputError "FILE: problem: remedy"
+  /// if shapes exceed limits.h; the scene is unusable then.
+  void append_capsules() {
+    const std::size_t first = scene_.capsules.size();
+    append_sticks(selected_.bonds, particles_, scene_);
+    const ParticleArrows& arrows = selected_.arrows;
+    for (std::size_t i = 0; i < arrows.arrows.size(); ++i) {
+      if (!particles_[i].shown) continue;
+      const Sphere& sphere = scene_.spheres[particles_[i].sphere];
+      append_arrow(sphere.center, arrows.arrows[i], arrows.width, sphere.material, scene_.capsules);
+    }
+    if (source_.solid_cell) append_edges();
+    check_limits(first);
+  }
+
+ private:
+  void append_edges() {
+    if (!selected_.cell) {
+      throw SourceError("solid_cell", "the file has no box and no cell: leave it out");
+    }
+    const auto known = std::ranges::find(scene_.materials, cell_material);
+    const auto material = static_cast<std::uint32_t>(known - scene_.materials.begin());
+    if (known == scene_.materials.end()) scene_.materials.push_back(cell_material);
+    append_cell(*selected_.cell, material, scene_.capsules);
+  }
+
+  void check_limits(std::size_t first_capsule) const {
+    const FilePlace place{source_.file};
+    if (scene_.spheres.size() + scene_.capsules.size() > limits::max_shapes) {
+      place.fail("more than " + std::to_string(limits::max_shapes) +
+                 " spheres and capsules in all: split the scene");
+    }
+    const auto inside = [](const Vec3d& p) { return largest_component(p) <= limits::max_length; };
+    for (const Capsule& capsule : std::span(scene_.capsules).subspan(first_capsule)) {
+      if (inside(capsule.from) && inside(capsule.to)) continue;
+      place.fail(
+          "a bond, an arrow or an edge of the cell would reach beyond 1e15: use a larger unit of "
+          "length in the file, or shorter arrows");
+    }
+  }
+
+  const SelectedParticles& selected_;
+  const ParticleSource& source_;
+  Scene& scene_;
+  std::size_t first_;                     // sphere of the next part
+  std::vector<DrawnParticle> particles_;  // empty without bonds and arrows
+};
 
 /// Expands one source. Errors name the place in the scene file that refers to the particle file,
 /// then the problem in the particle file.
@@ -167,19 +254,20 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
             SceneFile& file, int threads, OpenTrajectories& open) {
   source.cell.crystal = source.cell.crystal.value_or(false);
   try {
-    auto& [particles, cursor] = open.at(folder / source.file);
+    const std::filesystem::path path = folder / source.file;
+    auto& [particles, cursor] = open.try_emplace(path, path).first->second;
     ParticleRequest request = request_of(source, folder, threads);
     request.cursor = &cursor;
     Particles all = read_particles(particles, request);
-    Particles shown = selected(std::move(all), particles, source, folder, threads);
-    append_parts(parts_of(std::move(shown), particles, source, folder, threads), particles.path(),
-                 source, file, threads);
+    Particles shown = selected(std::move(all), particles, source, request);
+    append_parts(parts_of(std::move(shown), particles, source, request), particles.path(), source,
+                 file, threads);
   } catch (const SourceError& error) {
     if (source.line == 0) fail_in_options(error, source, (folder / source.file).string());
     fail_in(source, place, error.key(), error.representation(), error.what());
   } catch (const InputError& error) {
     if (source.line == 0) throw;
-    place.at("file").fail(source.file_line, error.what());
+    place.at("file").fail(source.line_of("file"), error.what());
   }
 }
 
@@ -196,8 +284,8 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
 }
 
 Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
-                   const std::filesystem::path& folder, int threads) {
-  const ParticleRequest request = request_of(source, folder, threads);
+                   const ParticleRequest& request) {
+  const int threads = request.threads;
   CellOperations& operations = source.cell;
   if (!operations.crystal && is_crystal(particles)) operations.crystal = true;
   with_remedy("center", {}, file, request, [&] { apply(operations, particles, threads); });
@@ -206,8 +294,8 @@ Particles selected(Particles particles, PackedFile& file, ParticleSource& source
 }
 
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
-                           const std::filesystem::path& folder, int threads) {
-  const ParticleRequest request = request_of(source, folder, threads);
+                           const ParticleRequest& request) {
+  const int threads = request.threads;
   const std::size_t count = particles.count();
   note_hidden_columns(source, particles);
   std::vector<DrawnBond> bonds = bonds_to_draw(source, particles);
@@ -217,21 +305,21 @@ SelectedParticles parts_of(Particles particles, PackedFile& file, const Particle
   with_remedy("show", {}, file, request, [&] { parts = split(particles, source, threads); });
   SelectedParticles selected{.facts = std::move(particles.facts),
                              .cell = particles.cell,
+                             .parts = std::move(parts),
                              .count = count,
                              .bonds = std::move(bonds),
                              .stick_radius = stick_radius,
                              .arrows = std::move(arrows)};
-  for (ParticlePart& part : parts) {
-    SelectedPart& added = selected.parts.emplace_back(SelectedPart{std::move(part), {}, {}});
-    in_representation(added.representation, [&] {
-      add_names(added.look, added.particles);
-      if (!added.look.radius_by.empty()) {
+  for (ParticlePart& part : selected.parts) {
+    in_representation(part.representation, [&] {
+      add_names(part.look, part.particles);
+      if (!part.look.radius_by.empty()) {
         with_remedy("radius_by", {}, file, request,
-                    [&] { added.sized = apply(added.look.radius_by, added.particles); });
+                    [&] { part.sized = apply(part.look.radius_by, part.particles); });
       }
-      if (added.look.coloring.empty()) return;
+      if (part.look.coloring.empty()) return;
       with_remedy("color_by", color_by_words, file, request,
-                  [&] { added.colors = colors_of(added.look.coloring, added.particles, threads); });
+                  [&] { part.colors = colors_of(part.look.coloring, part.particles, threads); });
     });
   }
   return selected;
@@ -264,7 +352,7 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
   }
   shown.arrow_measure = selected.arrows.measure;
   if (!file.cell) file.cell = selected.cell;
-  for (SelectedPart& part : selected.parts) {
+  for (ParticlePart& part : selected.parts) {
     in_representation(part.representation, [&] {
       decide(part.particles, source.file, source.cell.crystal.value_or(false), otherwise,
              file.materials, part.look);
@@ -288,12 +376,6 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
   shown.source = source;
   file.particle_files.push_back(std::move(shown));
   return source;
-}
-
-OpenTrajectories::Trajectory& OpenTrajectories::at(const std::filesystem::path& path) {
-  std::unique_ptr<Trajectory>& open = open_[path];
-  if (!open) open = std::make_unique<Trajectory>(path);
-  return *open;
 }
 
 void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads,

@@ -1,38 +1,65 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/arrows.h"
-#include "cli/input/particles/drawn_bonds.h"
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
-#include "cli/input/particles/representations.h"
 #include "cli/input/scene_file/particle_source.h"
 #include "cli/input/scene_file/scene_file.h"
 
 /// Turns a particle file into spheres and capsules: selects particles and appends them to a scene.
 namespace parray::input {
 
-/// A part of the particles that a source selects.
-struct SelectedPart : ParticlePart {
-  ParticleColors colors;  ///< empty if its look has no `color_by`
-  NumberBounds sized;     ///< numbers with the least and the largest radius, of `radius_by`
+/// Particles of a file that have one look.
+struct ParticlePart {
+  Particles particles;  ///< facts contain only the unit of length and notes on this part
+  ParticleLook look;    ///< complete: see completed()
+  /// Number of the representation, from 0. Nothing: the source has no representations.
+  std::optional<std::size_t> representation{};
+  /// For each particle of the part, its index in the particles that split() received. Empty: the
+  /// part has all of them.
+  std::vector<std::uint32_t> numbers{};
+  // Set by parts_of():
+  ParticleColors colors{};  ///< empty if its look has no `color_by`
+  NumberBounds sized{};     ///< numbers with the least and the largest radius, of `radius_by`
 };
+
+/// Splits `particles` by the representations of `source`, in their order. A particle in several
+/// selections belongs to the last one. Parts without particles are left out. Leaves the facts and
+/// the cell in `particles`, and adds notes there: "shown_twice" counts particles in several
+/// selections, "not_shown" those in none. The result is the same for any number of threads.
+///
+/// Throws UnknownNumber (selection.h) if a selection needs a numeric column that the particles
+/// lack. Throws SourceError with the key "select" and the representation for a selection that needs
+/// another missing column or that selects no particle.
+std::vector<ParticlePart> split(Particles& particles, const ParticleSource& source,
+                                int threads = 1);
+
+/// Runs `work`. Adds the number of the representation to each SourceError.
+void in_representation(const std::optional<std::size_t>& number, const auto& work) {
+  try {
+    work();
+  } catch (const SourceError& error) {
+    throw SourceError(error.key(), error.what(), number);
+  }
+}
 
 /// The particles that a source selects.
 struct SelectedParticles {
   ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
   std::optional<ParticleCell> cell;
-  std::vector<SelectedPart> parts{};
+  std::vector<ParticlePart> parts{};
   std::size_t count = 0;           ///< of particles that selected() returned, shown or not
   std::vector<DrawnBond> bonds{};  ///< between particles as selected() numbered them
   double stick_radius = 0;         ///< of looks that give none; 0: no look draws sticks
@@ -44,21 +71,21 @@ struct SelectedParticles {
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads = 1);
 
-/// Applies source.cell and source.filter to `particles`, which were read from `file` as
-/// request_of() says. Returns the particles that the filter shows. Before that, if
+/// Applies source.cell and source.filter to `particles`, which were read from `file` by `request`,
+/// a result of request_of(). Returns the particles that the filter shows. Before that, if
 /// source.cell.crystal is not given and is_crystal() is true, sets source.cell.crystal to true.
-/// Reads the file again only to list its numeric columns in a message. `folder`: see request_of().
+/// Reads the file again only to list its numeric columns in a message.
 ///
 /// Throws SourceError if a member of the source does not suit the file.
 Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
-                   const std::filesystem::path& folder = {}, int threads = 1);
+                   const ParticleRequest& request);
 
 /// Splits the result of selected() by the representations of `source`, and colours the parts. Finds
 /// the bonds and the arrows that the source shows.
 ///
 /// Throws SourceError if a member of the source does not suit the particles.
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
-                           const std::filesystem::path& folder = {}, int threads = 1);
+                           const ParticleRequest& request);
 
 /// Throws InputError "FILE: --OPTION: problem" for an error in a source that options describe. In a
 /// representation: "FILE: --show 'SELECTION': ...". Problems with "material" and "radius" name no
@@ -86,22 +113,14 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
                             ParticleSource source, SceneFile& file, int threads,
                             const DefaultLook* otherwise = nullptr);
 
-/// Particle files that stay open, so that reading the frames of a trajectory one after the other
+/// A particle file that stays open, so that reading the frames of a trajectory one after the other
 /// reads the file once.
-class OpenTrajectories {
- public:
-  struct Trajectory {
-    explicit Trajectory(const std::filesystem::path& path) : file(path) {}
-    PackedFile file;
-    FrameCursor cursor;
-  };
-  /// Opens the file unless it is open. Throws InputError.
-  Trajectory& at(const std::filesystem::path& path);
-  void clear() { open_.clear(); }
-
- private:
-  std::map<std::filesystem::path, std::unique_ptr<Trajectory>> open_;
+struct OpenTrajectory {
+  explicit OpenTrajectory(const std::filesystem::path& path) : file(path) {}
+  PackedFile file;
+  FrameCursor cursor;
 };
+using OpenTrajectories = std::map<std::filesystem::path, OpenTrajectory>;
 
 /// Reads the files of `file.particles` and appends their spheres and capsules to the scene, in
 /// order: see append_parts(). Clears `file.particles`. Names of particle files are relative to the

@@ -4,7 +4,7 @@
 
 #include "cli/input/particles/beads.h"
 #include "cli/input/particles/bonds.h"
-#include "cli/input/particles/crystal_radii.h"
+#include "cli/input/particles/elements.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"

@@ -2,10 +2,9 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "cli/input/particles/drawn_bonds.h"
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/particle_source.h"
 #include "common/scene/scene.h"

@@ -15,7 +15,6 @@ namespace {
 
 enum class TarPart : std::uint8_t { file, attributes, end, unknown };
 
-/// The header of a part of an archive.
 struct TarHeader {
   TarPart part = TarPart::unknown;
   std::uint64_t bytes = 0;  // of the part's data, without padding
@@ -80,6 +79,37 @@ bool pass_over(std::uint64_t bytes, Unpacker& archive) {
   return true;
 }
 
+class TarMember : public Unpacker {
+ public:
+  explicit TarMember(std::unique_ptr<Unpacker> archive) : archive_(std::move(archive)) {
+    TarHeader header = next_header(*archive_);
+    while (header.part == TarPart::attributes && pass_over(whole_blocks(header.bytes), *archive_)) {
+      header = next_header(*archive_);
+    }
+    cut_ = header.part != TarPart::file;
+    left_ = header.bytes;
+  }
+
+  std::ptrdiff_t read(char* to, std::size_t bytes) override {
+    if (cut_) return -1;
+    const std::size_t wanted = std::min<std::uint64_t>(bytes, left_);
+    const std::ptrdiff_t got = archive_->read(to, wanted);
+    if (got < 0) return got;
+    left_ -= static_cast<std::uint64_t>(got);
+    cut_ = static_cast<std::size_t>(got) < wanted;
+    return cut_ ? -1 : got;
+  }
+
+  [[nodiscard]] std::string problem() const override {
+    return cut_ ? "the archive ends within the file" : archive_->problem();
+  }
+
+ private:
+  std::unique_ptr<Unpacker> archive_;
+  std::uint64_t left_ = 0;  // bytes of the file that are not read
+  bool cut_ = false;        // the archive ends before the file
+};
+
 }  // namespace
 
 bool begins_tar(std::string_view start) {
@@ -101,27 +131,8 @@ bool has_one_file(Unpacker& archive) {
   return false;
 }
 
-TarMember::TarMember(std::unique_ptr<Unpacker> archive) : archive_(std::move(archive)) {
-  TarHeader header = next_header(*archive_);
-  while (header.part == TarPart::attributes && pass_over(whole_blocks(header.bytes), *archive_)) {
-    header = next_header(*archive_);
-  }
-  cut_ = header.part != TarPart::file;
-  left_ = header.bytes;
-}
-
-std::ptrdiff_t TarMember::read(char* to, std::size_t bytes) {
-  if (cut_) return -1;
-  const std::size_t wanted = std::min<std::uint64_t>(bytes, left_);
-  const std::ptrdiff_t got = archive_->read(to, wanted);
-  if (got < 0) return got;
-  left_ -= static_cast<std::uint64_t>(got);
-  cut_ = static_cast<std::size_t>(got) < wanted;
-  return cut_ ? -1 : got;
-}
-
-std::string TarMember::problem() const {
-  return cut_ ? "the archive ends within the file" : archive_->problem();
+std::unique_ptr<Unpacker> tar_member(std::unique_ptr<Unpacker> archive) {
+  return std::make_unique<TarMember>(std::move(archive));
 }
 
 }  // namespace parray::input

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <string>
 #include <string_view>
 
 #include "cli/input/particles/unpacker.h"
@@ -22,19 +20,8 @@ bool begins_tar(std::string_view start);
 /// read the file afterwards, open the archive again.
 bool has_one_file(Unpacker& archive);
 
-/// The bytes of the only file in an archive.
-class TarMember : public Unpacker {
- public:
-  /// `archive` is at its front. has_one_file() is true for it.
-  explicit TarMember(std::unique_ptr<Unpacker> archive);
-
-  std::ptrdiff_t read(char* to, std::size_t bytes) override;
-  [[nodiscard]] std::string problem() const override;
-
- private:
-  std::unique_ptr<Unpacker> archive_;
-  std::uint64_t left_ = 0;  // bytes of the file that are not read
-  bool cut_ = false;        // the archive ends before the file
-};
+/// Returns the bytes of the only file in an archive, which is at its front. has_one_file() is true
+/// for it.
+std::unique_ptr<Unpacker> tar_member(std::unique_ptr<Unpacker> archive);
 
 }  // namespace parray::input

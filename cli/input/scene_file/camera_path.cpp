@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
-#include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_stream.h"
+#include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -75,6 +75,46 @@ double frames_between(const CameraPath::Key& a, const CameraPath::Key& b) {
   return static_cast<double>(b.frame - a.frame);
 }
 
+using Keys = std::vector<CameraPath::Key>;
+
+/// Returns the tangent at a key, per frame.
+Vec3d tangent(const Keys& keys, std::size_t key, Vec3d Camera::*member) {
+  const CameraPath::Key& before = keys[key == 0 ? 0 : key - 1];
+  const CameraPath::Key& after = keys[std::min(key + 1, keys.size() - 1)];
+  return (1 / frames_between(before, after)) * (after.camera.*member - before.camera.*member);
+}
+
+/// Returns a point on the cubic Hermite curve from key `key` to the next key.
+Vec3d point(const Keys& keys, std::size_t key, double share, Vec3d Camera::*member) {
+  const double s = share;
+  const double frames = frames_between(keys[key], keys[key + 1]);
+  const double to_next = s * s * (3 - 2 * s);
+  return (1 - to_next) * (keys[key].camera.*member) + to_next * (keys[key + 1].camera.*member) +
+         (frames * s * (1 - s) * (1 - s)) * tangent(keys, key, member) +
+         (frames * s * s * (s - 1)) * tangent(keys, key + 1, member);
+}
+
+/// Returns the camera at a frame after key `key` and before the next key.
+Camera between(const Keys& keys, std::size_t key, std::uint64_t frame) {
+  const CameraPath::Key& a = keys[key];
+  const CameraPath::Key& b = keys[key + 1];
+  const double share = static_cast<double>(frame - a.frame) / frames_between(a, b);
+  Camera camera;
+  camera.look_from = point(keys, key, share, &Camera::look_from);
+  camera.look_at = point(keys, key, share, &Camera::look_at);
+  const Vec3d up = (1 - share) * normalize(a.camera.up) + share * normalize(b.camera.up);
+  camera.up = length(up) > 0 ? normalize(up) : up;
+  camera.projection = a.camera.projection;
+  camera.vfov = mixed(a.camera.vfov, b.camera.vfov, share);
+  camera.tan_half_vfov = tan_half_of(camera.vfov);
+  camera.view_height = mixed(a.camera.view_height, b.camera.view_height, share);
+  camera.aperture = mixed(a.camera.aperture, b.camera.aperture, share);
+  camera.focus_distance = a.focuses || b.focuses
+                              ? mixed(a.camera.focus_distance, b.camera.focus_distance, share)
+                              : length(camera.look_at - camera.look_from);
+  return camera;
+}
+
 }  // namespace
 
 CameraPath::CameraPath(const std::filesystem::path& file) : name_(file.string()) {
@@ -96,51 +136,13 @@ Camera CameraPath::at(std::uint64_t frame) const {
   }
   const auto next = std::ranges::lower_bound(keys_, frame, {}, &Key::frame);
   if (next->frame == frame) return next->camera;
-  const Camera camera = between(static_cast<std::size_t>(next - keys_.begin()) - 1, frame);
+  const Camera camera = between(keys_, static_cast<std::size_t>(next - keys_.begin()) - 1, frame);
   const std::string problem = problem_with(camera);
   if (!problem.empty()) {
     throw InputError(printable(name_, 4096) + ": at frame " + std::to_string(frame) +
                      ", between two cameras, " + problem);
   }
   return camera;
-}
-
-/// Returns the camera at a frame after key `key` and before the next key.
-Camera CameraPath::between(std::size_t key, std::uint64_t frame) const {
-  const Key& a = keys_[key];
-  const Key& b = keys_[key + 1];
-  const double share = static_cast<double>(frame - a.frame) / frames_between(a, b);
-  Camera camera;
-  camera.look_from = point(key, share, &Camera::look_from);
-  camera.look_at = point(key, share, &Camera::look_at);
-  const Vec3d up = (1 - share) * normalize(a.camera.up) + share * normalize(b.camera.up);
-  camera.up = length(up) > 0 ? normalize(up) : up;
-  camera.projection = a.camera.projection;
-  camera.vfov = mixed(a.camera.vfov, b.camera.vfov, share);
-  camera.tan_half_vfov = tan_half_of(camera.vfov);
-  camera.view_height = mixed(a.camera.view_height, b.camera.view_height, share);
-  camera.aperture = mixed(a.camera.aperture, b.camera.aperture, share);
-  camera.focus_distance = a.focuses || b.focuses
-                              ? mixed(a.camera.focus_distance, b.camera.focus_distance, share)
-                              : length(camera.look_at - camera.look_from);
-  return camera;
-}
-
-/// Returns a point on the cubic Hermite curve from key `key` to the next key.
-Vec3d CameraPath::point(std::size_t key, double share, Vec3d Camera::*member) const {
-  const double s = share;
-  const double frames = frames_between(keys_[key], keys_[key + 1]);
-  const double to_next = s * s * (3 - 2 * s);
-  return (1 - to_next) * (keys_[key].camera.*member) + to_next * (keys_[key + 1].camera.*member) +
-         (frames * s * (1 - s) * (1 - s)) * tangent(key, member) +
-         (frames * s * s * (s - 1)) * tangent(key + 1, member);
-}
-
-/// Returns the tangent at a key, per frame.
-Vec3d CameraPath::tangent(std::size_t key, Vec3d Camera::*member) const {
-  const Key& before = keys_[key == 0 ? 0 : key - 1];
-  const Key& after = keys_[std::min(key + 1, keys_.size() - 1)];
-  return (1 / frames_between(before, after)) * (after.camera.*member - before.camera.*member);
 }
 
 }  // namespace parray::input

@@ -46,10 +46,6 @@ class CameraPath {
   };
 
  private:
-  [[nodiscard]] Camera between(std::size_t key, std::uint64_t frame) const;
-  [[nodiscard]] Vec3d point(std::size_t key, double share, Vec3d Camera::*member) const;
-  [[nodiscard]] Vec3d tangent(std::size_t key, Vec3d Camera::*member) const;
-
   std::string name_;
   std::vector<Key> keys_;
 };

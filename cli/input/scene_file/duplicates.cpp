@@ -13,10 +13,6 @@
 namespace parray::input {
 namespace {
 
-bool same_place(const Sphere& a, const Sphere& b) {
-  return a.center == b.center && a.radius == b.radius;
-}
-
 /// Returns a hash of the four numbers by the steps of splitmix64.
 /// Source: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
 std::uint64_t hash_of(const Sphere& sphere) {
@@ -36,7 +32,6 @@ struct Entry {
   std::uint32_t place;
 };
 
-/// A sphere that repeats an earlier one.
 struct Repeat {
   std::uint32_t place;
   std::uint32_t of;

@@ -6,6 +6,11 @@
 
 namespace parray::input {
 
+/// Returns whether two spheres have the same centre and radius.
+inline bool same_place(const Sphere& a, const Sphere& b) {
+  return a.center == b.center && a.radius == b.radius;
+}
+
 /// Which spheres remove_duplicates() removed. Indices count from 0, in the order of the input.
 struct Duplicates {
   std::size_t count = 0;

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
@@ -158,8 +156,34 @@ class SaxHandler {
   bool start_array(std::size_t) { return open(JsonKind::array); }
   bool end_object() { return close(); }
   bool end_array() { return close(); }
-  bool key(std::string& text);
-  bool parse_error(std::size_t, const std::string& last_token, const Json::exception& error);
+
+  bool key(std::string& text) {
+    source_.mark_token();
+    Frame& frame = frames_.back();
+    frame.key = std::move(text);
+    frame.key_line = source_.line();
+    const auto is_same = [&](const JsonMember& member) { return member.key == frame.key; };
+    if (is_section()) {
+      values_ = 0;
+      delivery_ = sink_.on_key(frame.key, frame.key_line);
+    } else if (std::ranges::any_of(frame.value.members, is_same)) {
+      fail("duplicate key '" + printable(frame.key) + "': remove one of them");
+    }
+    return true;
+  }
+
+  bool parse_error(std::size_t, const std::string& last_token, const Json::exception& error) {
+    if (started_ && frames_.empty()) fail("text follows the end of the JSON object: remove it");
+    if (source_.end_was_reached()) {
+      fail(started_ ? "the file ends within the JSON object: check that the file is complete"
+                    : "the file ends before a JSON object begins: write a JSON object");
+    }
+    constexpr int number_overflow = 406;
+    if (error.id == number_overflow) {
+      fail("number " + printable(last_token) + " is too large: use a number below 1e308");
+    }
+    fail(describe_syntax_error(error.what(), last_token));
+  }
 
  private:
   /// An array or object whose end was not read yet.
@@ -178,14 +202,97 @@ class SaxHandler {
     return value;
   }
 
-  bool open(JsonKind kind);
-  bool close();
-  bool put(JsonValue value);
-  void check_section_kind(JsonKind kind) const;
-  void count_value();
+  bool open(JsonKind kind) {
+    JsonValue value = make(kind);
+    if (frames_.empty()) {
+      if (kind != JsonKind::object) {
+        fail("expected an object, found an array: check that this is the right file");
+      }
+      start_line_ = value.line;
+      started_ = true;
+    } else if (is_section()) {
+      check_section_kind(kind);
+    }
+    if (frames_.size() >= limits::max_json_depth) {
+      fail("values are nested deeper than " + std::to_string(limits::max_json_depth) +
+           " levels: remove levels");
+    }
+    const bool is_streamed = is_section() && delivery_ != JsonDelivery::whole;
+    if (!is_streamed) count_value();
+    frames_.push_back({std::move(value), {}, 0, 0});
+    return true;
+  }
+
+  bool close() {
+    source_.mark_token();
+    JsonValue value = std::move(frames_.back().value);
+    frames_.pop_back();
+    if (frames_.empty()) return true;
+    if (is_section() && delivery_ != JsonDelivery::whole) {
+      ++frames_.back().count;  // its children were delivered already
+      return true;
+    }
+    --values_;  // open() counted it
+    return put(std::move(value));
+  }
+
+  bool put(JsonValue value) {
+    if (frames_.empty()) {
+      fail("expected an object, found " + std::string(name_of(value.kind)) +
+           ": check that this is the right file");
+    }
+    count_value();
+    Frame& parent = frames_.back();
+    if (is_section()) {
+      check_section_kind(value.kind);
+      sink_.on_member({parent.key, parent.key_line, std::move(value)});
+      values_ = 0;
+    } else if (is_child()) {
+      const bool is_object =
+          value.kind == JsonKind::object;  // the end of an object is the last byte read so far
+      sink_.on_child({parent.key, parent.key_line, std::move(value)});
+      if (is_object && delivery_ == JsonDelivery::by_item)
+        parent.count += sink_.take_items(source_);
+      values_ = 0;
+    } else if (parent.value.kind == JsonKind::array) {
+      if (parent.value.items.empty()) parent.value.items.reserve(3);  // most are vectors
+      parent.value.items.push_back(std::move(value));
+    } else {
+      if (parent.value.members.empty()) parent.value.members.reserve(4);
+      parent.value.members.push_back({parent.key, parent.key_line, std::move(value)});
+    }
+    ++parent.count;
+    return true;
+  }
+
+  /// Fails if the section is delivered in pieces but has another kind than its delivery needs.
+  void check_section_kind(JsonKind kind) const {
+    if (delivery_ == JsonDelivery::whole) return;
+    const JsonKind due = delivery_ == JsonDelivery::by_item ? JsonKind::array : JsonKind::object;
+    if (kind == due) return;
+    fail("expected " + std::string(name_of(due)) + ", found " + std::string(name_of(kind)) +
+         ": write " + (due == JsonKind::array ? "[ ... ]" : "{ ... }"));
+  }
+
+  void count_value() {
+    if (++values_ <= max_json_values_per_delivery) return;
+    fail("one value has more than " + std::to_string(max_json_values_per_delivery) +
+         " parts: remove some");
+  }
+
   bool is_section() const { return frames_.size() == 1; }
   bool is_child() const { return frames_.size() == 2 && delivery_ != JsonDelivery::whole; }
-  std::string pointer() const;
+
+  std::string pointer() const {
+    std::string out;
+    for (const Frame& frame : frames_) {
+      const bool is_array = frame.value.kind == JsonKind::array;
+      if (!is_array && frame.key_line == 0) break;  // before the first key
+      out += is_array ? "/" + std::to_string(frame.count) : pointer_step(frame.key);
+    }
+    return out;
+  }
+
   [[noreturn]] void fail(const std::string& problem) const {
     fail_at(file_, source_.line(), pointer(), problem);
   }
@@ -199,122 +306,6 @@ class SaxHandler {
   std::uint64_t start_line_ = 1;
   bool started_ = false;
 };
-
-bool SaxHandler::key(std::string& text) {
-  source_.mark_token();
-  Frame& frame = frames_.back();
-  frame.key = std::move(text);
-  frame.key_line = source_.line();
-  const auto is_same = [&](const JsonMember& member) { return member.key == frame.key; };
-  if (is_section()) {
-    values_ = 0;
-    delivery_ = sink_.on_key(frame.key, frame.key_line);
-  } else if (std::ranges::any_of(frame.value.members, is_same)) {
-    fail("duplicate key '" + printable(frame.key) + "': remove one of them");
-  }
-  return true;
-}
-
-bool SaxHandler::open(JsonKind kind) {
-  JsonValue value = make(kind);
-  if (frames_.empty()) {
-    if (kind != JsonKind::object) {
-      fail("expected an object, found an array: check that this is the right file");
-    }
-    start_line_ = value.line;
-    started_ = true;
-  } else if (is_section()) {
-    check_section_kind(kind);
-  }
-  if (frames_.size() >= limits::max_json_depth) {
-    fail("values are nested deeper than " + std::to_string(limits::max_json_depth) +
-         " levels: remove levels");
-  }
-  const bool is_streamed = is_section() && delivery_ != JsonDelivery::whole;
-  if (!is_streamed) count_value();
-  frames_.push_back({std::move(value), {}, 0, 0});
-  return true;
-}
-
-bool SaxHandler::close() {
-  source_.mark_token();
-  JsonValue value = std::move(frames_.back().value);
-  frames_.pop_back();
-  if (frames_.empty()) return true;
-  if (is_section() && delivery_ != JsonDelivery::whole) {
-    ++frames_.back().count;  // its children were delivered already
-    return true;
-  }
-  --values_;  // open() counted it
-  return put(std::move(value));
-}
-
-bool SaxHandler::put(JsonValue value) {
-  if (frames_.empty()) {
-    fail("expected an object, found " + std::string(name_of(value.kind)) +
-         ": check that this is the right file");
-  }
-  count_value();
-  Frame& parent = frames_.back();
-  if (is_section()) {
-    check_section_kind(value.kind);
-    sink_.on_member({parent.key, parent.key_line, std::move(value)});
-    values_ = 0;
-  } else if (is_child()) {
-    const bool is_object =
-        value.kind == JsonKind::object;  // the end of an object is the last byte read so far
-    sink_.on_child({parent.key, parent.key_line, std::move(value)});
-    if (is_object && delivery_ == JsonDelivery::by_item) parent.count += sink_.take_items(source_);
-    values_ = 0;
-  } else if (parent.value.kind == JsonKind::array) {
-    if (parent.value.items.empty()) parent.value.items.reserve(3);  // most are vectors
-    parent.value.items.push_back(std::move(value));
-  } else {
-    if (parent.value.members.empty()) parent.value.members.reserve(4);
-    parent.value.members.push_back({parent.key, parent.key_line, std::move(value)});
-  }
-  ++parent.count;
-  return true;
-}
-
-/// Fails if the section is delivered in pieces but has another kind than its delivery needs.
-void SaxHandler::check_section_kind(JsonKind kind) const {
-  if (delivery_ == JsonDelivery::whole) return;
-  const JsonKind due = delivery_ == JsonDelivery::by_item ? JsonKind::array : JsonKind::object;
-  if (kind == due) return;
-  fail("expected " + std::string(name_of(due)) + ", found " + std::string(name_of(kind)) +
-       ": write " + (due == JsonKind::array ? "[ ... ]" : "{ ... }"));
-}
-
-void SaxHandler::count_value() {
-  if (++values_ <= max_json_values_per_delivery) return;
-  fail("one value has more than " + std::to_string(max_json_values_per_delivery) +
-       " parts: remove some");
-}
-
-std::string SaxHandler::pointer() const {
-  std::string out;
-  for (const Frame& frame : frames_) {
-    const bool is_array = frame.value.kind == JsonKind::array;
-    if (!is_array && frame.key_line == 0) break;  // before the first key
-    out += is_array ? "/" + std::to_string(frame.count) : pointer_step(frame.key);
-  }
-  return out;
-}
-
-bool SaxHandler::parse_error(std::size_t, const std::string& last_token,
-                             const Json::exception& error) {
-  if (started_ && frames_.empty()) fail("text follows the end of the JSON object: remove it");
-  if (source_.end_was_reached()) {
-    fail(started_ ? "the file ends within the JSON object: check that the file is complete"
-                  : "the file ends before a JSON object begins: write a JSON object");
-  }
-  constexpr int number_overflow = 406;
-  if (error.id == number_overflow) {
-    fail("number " + printable(last_token) + " is too large: use a number below 1e308");
-  }
-  fail(describe_syntax_error(error.what(), last_token));
-}
 
 }  // namespace
 

@@ -51,10 +51,18 @@ inline constexpr std::size_t longest_legend_title = 200;  ///< bytes
 
 /// Returns why a text cannot be a label or a unit, with the remedy. Returns "" for texts of 1 to
 /// `longest` bytes.
-std::string problem_with_label_text(std::string_view text, std::size_t longest);
+inline std::string problem_with_label_text(std::string_view text, std::size_t longest) {
+  if (text.empty()) return "the text is empty: write the text to be shown";
+  if (text.size() <= longest) return "";
+  return "the text has " + std::to_string(text.size()) + " bytes, more than " +
+         std::to_string(longest) + ": shorten it";
+}
 
 /// Returns the sign of a unit: "\u00c5" for "angstrom", "\u00b5m" for "um". Returns other units
 /// unchanged.
-std::string_view unit_sign(std::string_view unit);
+inline std::string_view unit_sign(std::string_view unit) {
+  if (unit == "angstrom") return "\u00c5";
+  return unit == "um" ? "\u00b5m" : unit;
+}
 
 }  // namespace parray::input

@@ -67,8 +67,8 @@ inline constexpr TextRule<Replicas> replicas{replicas_from, text_by_overload};
 inline constexpr TextRule<std::string> select{select_from, same_text};
 inline constexpr TextRule<std::string> slice{slice_from, same_text};
 inline constexpr TextRule<std::string> arrows{arrows_from, same_text, JsonForm::text, arrow_words};
-inline constexpr Words style{"style of particles", particle_style_words};
-inline constexpr Words bonds{"source of bonds", bond_source_words};
+inline constexpr scene::Words style{"style of particles", particle_style_words};
+inline constexpr scene::Words bonds{"source of bonds", bond_source_words};
 
 }  // namespace particle_rules
 

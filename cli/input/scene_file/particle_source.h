@@ -8,12 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/color/particle_coloring.h"
 #include "cli/input/particles/arrows.h"
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/cell_operations.h"
-#include "cli/input/particles/drawn_bonds.h"
 #include "cli/input/particles/particles.h"
-#include "cli/input/particles/radius_scale.h"
 #include "cli/input/select/particle_filter.h"
 
 namespace parray::input {
@@ -49,6 +49,20 @@ struct ParticleRadius {
   double value = 0;  ///< radius if the rule is `fixed`; in ranges::length
 
   friend bool operator==(const ParticleRadius&, const ParticleRadius&) = default;
+};
+
+/// A rule that makes radii from a number of each particle, such as its mass. By default, there is
+/// no rule.
+struct RadiusScale {
+  std::string by;   ///< name of the number; empty: none
+  double low = 0;   ///< radius of the least number, in ranges::length; 0: the number is the radius
+  double high = 0;  ///< radius of the largest number, above `low`; 0 if `low` is 0
+  /// Numbers that get `low` and `high`: those of all frames. Empty: those of the particles. Scene
+  /// files do not contain them.
+  NumberBounds numbers{};
+
+  [[nodiscard]] bool empty() const { return by.empty(); }
+  friend bool operator==(const RadiusScale&, const RadiusScale&) = default;
 };
 
 /// The shapes of particles and bonds.
@@ -109,8 +123,7 @@ struct ParticleSource {
   /// Of the particles that `filter` shows, only those in one of these representations remain.
   /// Empty: all remain, with `look`.
   std::vector<Representation> shows{};
-  std::uint64_t line = 0;       ///< line of the item in the scene file, from 1; 0: from options
-  std::uint64_t file_line = 0;  ///< line of its member `file`
+  std::uint64_t line = 0;  ///< line of the item in the scene file, from 1; 0: from options
   std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< of its members' values, by key
 
   /// Returns the line of the member `key`. Returns the line of the item if the member is not given.
@@ -150,10 +163,27 @@ ParticleMaterial particle_material_from(std::string_view text);
 /// names no place, for other texts.
 ParticleRadius particle_radius_from(std::string_view text);
 
+/// Parses COLUMN or COLUMN:LOW:HIGH. COLUMN may contain a colon: velocity:0. Throws InputError,
+/// which names no place, for other texts.
+RadiusScale radius_scale_from(std::string_view text);
+
 /// Returns the text that particle_material_from() parses to `material`. Returns "" for `automatic`,
 /// and for `color_by` without a name.
 std::string text_of(const ParticleMaterial& material);
 /// Returns the text that particle_radius_from() parses to `radius`. Returns "" for `automatic`.
 std::string text_of(const ParticleRadius& radius);
+
+/// Returns the text that radius_scale_from() parses to `scale`. Returns "" if there are no radii.
+std::string text_of(const RadiusScale& scale);
+
+/// Sets the radii of `particles`. With `low` and `high`, a radius is a linear function of the
+/// number, between `low` and `high`. If all numbers are equal, the radius is the mean of `low` and
+/// `high`. Returns the numbers whose radii are `low` and `high`. Returns empty bounds if the number
+/// itself is the radius.
+///
+/// Throws UnknownNumber (selection.h) if `scale.by` is a numeric column that the particles lack.
+/// Throws SourceError with the key "radius_by" for another missing column, for a number that is not
+/// known and for a radius outside ranges::length.
+NumberBounds apply(const RadiusScale& scale, Particles& particles);
 
 }  // namespace parray::input

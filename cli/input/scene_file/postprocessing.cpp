@@ -1,11 +1,11 @@
 #include "cli/input/scene_file/postprocessing.h"
 
 #include <array>
-#include <charconv>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
@@ -15,12 +15,7 @@ constexpr std::string_view points_unit = "pt";
 /// Parses a number in `range`. Otherwise throws InputError that suggests the nearest word, or
 /// numbers as `what` describes.
 double number_within(std::string_view text, NumberRange range, const std::string& what) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error == std::errc() && stop == end && value >= range.least && value <= range.most) {
-    return value;
-  }
+  if (const auto value = parsed_between(text, range.least, range.most)) return *value;
   static constexpr std::array<std::string_view, 2> words{"on", "off"};
   NearestWord nearest(text);
   for (const std::string_view word : words) nearest.offer(word);

@@ -10,25 +10,26 @@
 #include <vector>
 
 #include "cli/input/particles/packed_file.h"
-#include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_stream.h"
+#include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/material_names.h"
-#include "cli/input/scene_file/material_table.h"
+#include "cli/input/scene_file/scene_fields.h"
 #include "cli/input/scene_file/scene_file.h"
-#include "cli/input/scene_file/scene_keys.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "cli/input/scene_file/sphere_text.h"
 #include "cli/input/view/style.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 #include "common/scene/limits.h"
+#include "common/scene/scene_bytes.h"
 
 namespace parray::input {
 namespace {
 
-/// The seed format, the scene format of the program from which ParRay developed: {"spheres":
-/// [{"sphere": {"location": {x, y, z}, "material": {...}, "radius": r}}]} and nothing else. Camera,
-/// image and settings are the defaults of Camera and RenderSettings.
+/// A sphere of the seed format, the scene format of the program from which ParRay developed:
+/// {"spheres": [{"sphere": {"location": {x, y, z}, "material": {...}, "radius": r}}]} and nothing
+/// else. Camera, image and settings are the defaults of Camera and RenderSettings.
 struct SeedSphere {
   Sphere sphere;  ///< `material` is not set
   Material material;
@@ -48,26 +49,21 @@ Vec3d read_color(const JsonFields& material) {
 }
 
 Material read_seed_material(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> keys{"type", "color", "fuzz",
-                                                        "refraction_index"};
   static constexpr std::array<std::string_view, 3> types{"lambertian", "metal", "dielectric"};
-  static constexpr std::array<std::string_view, 2> lambertian_keys{"type", "color"};
-  static constexpr std::array<std::string_view, 3> metal_keys{"type", "color", "fuzz"};
-  static constexpr std::array<std::string_view, 2> dielectric_keys{"type", "refraction_index"};
-  const JsonFields all(value, place, keys);
+  const JsonFields all(value, place, {"type", "color", "fuzz", "refraction_index"});
   const std::string& type = all.string("type");
   Material material;
   if (type == "lambertian") {
-    material.albedo = read_color(JsonFields(value, place, lambertian_keys));
+    material.albedo = read_color(JsonFields(value, place, {"type", "color"}));
   } else if (type == "metal") {
-    const JsonFields fields(value, place, metal_keys);
+    const JsonFields fields(value, place, {"type", "color", "fuzz"});
     material.type = MaterialType::metal;
     material.albedo = read_color(fields);
     material.fuzz = fields.number("fuzz", ranges::unit_interval);
   } else if (type == "dielectric") {
+    const JsonFields fields(value, place, {"type", "refraction_index"});
     material.type = MaterialType::dielectric;
-    material.ior =
-        JsonFields(value, place, dielectric_keys).number("refraction_index", ranges::ior);
+    material.ior = fields.number("refraction_index", ranges::ior);
   } else {
     place.at("type").fail(all.find("type")->line, "unknown material type '" + printable(type) +
                                                       "': " + remedy_for_name(type, types));
@@ -75,18 +71,16 @@ Material read_seed_material(const JsonValue& value, const JsonPlace& place) {
   return material;
 }
 
-/// Returns whether an item of "spheres" has the shape of the seed format.
 bool is_seed_sphere(const JsonValue& value) {
   return std::ranges::find(value.members, "sphere", &JsonMember::key) != value.members.end();
 }
 
 /// Reads a sphere of the seed format. Ranges and errors are those of scene_sections.h.
 SeedSphere read_seed_sphere(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 1> outer_keys{"sphere"};
-  static constexpr std::array<std::string_view, 3> keys{"location", "material", "radius"};
-  const JsonFields outer(value, place, outer_keys);
+  const JsonFields outer(value, place, {"sphere"});
   const JsonPlace inner = place.at("sphere");
-  const JsonFields fields(outer.any("sphere", "the sphere"), inner, keys);
+  const JsonFields fields(outer.any("sphere", "the sphere"), inner,
+                          {"location", "material", "radius"});
   SeedSphere out;
   out.sphere.center = read_named_vec3(fields, "location", {"x", "y", "z"}, ranges::coordinate);
   out.sphere.radius = fields.number("radius", ranges::length);
@@ -94,52 +88,6 @@ SeedSphere read_seed_sphere(const JsonValue& value, const JsonPlace& place) {
       read_seed_material(fields.any("material", "{ ... } with its type"), inner.at("material"));
   return out;
 }
-
-/// Builds a scene from the pieces of its JSON, in either format.
-///
-/// The pieces show the format. An item {"sphere": ...} belongs to the seed format. All keys except
-/// "spheres" belong to version 1. A file with both is an error. Every member function throws
-/// InputError with the place and the line.
-class SceneBuilder final : public JsonSink {
- public:
-  /// `file` names the input in messages and must outlive this object.
-  explicit SceneBuilder(const std::string& file) : file_(file), root_(file_) {}
-
-  JsonDelivery on_key(const std::string& key, std::uint64_t line) override;
-  void on_member(const JsonMember& member) override;
-  void on_child(const JsonMember& child) override;
-  std::size_t take_items(ByteSource& source) override;
-
-  /// Completes the scene. Call it once, after the last piece. `start_line` is the line where the
-  /// document starts.
-  SceneFile finish(std::uint64_t start_line);
-
- private:
-  enum class Format : std::uint8_t { unknown, version_1, seed };
-
-  bool has_key(std::string_view key) const;
-  void add_sphere(const JsonValue& value);
-  void add_seed_sphere(const JsonValue& value, const JsonPlace& place);
-  void add_named_sphere(const JsonValue& value, const JsonPlace& place);
-  void add_capsule(const JsonValue& value);
-  void check_room(const JsonPlace& place, std::uint64_t line) const;
-  void add_material(const JsonMember& member);
-  void add_particles(const JsonValue& value);
-  void finish_version_1(std::uint64_t start_line);
-  void resolve_materials();
-  std::uint32_t resolve_material(std::uint32_t name);
-
-  const std::string& file_;
-  JsonPlace root_;
-  std::vector<std::string> keys_;  // the top-level keys so far; the last is the current one
-  Format format_ = Format::unknown;
-  SceneFile out_;
-  std::optional<Style> style_;
-  PostprocessingSection postprocessing_;
-  MaterialNames
-      names_;  // of version 1; until finish(), a sphere's material is a number of these names
-  MaterialTable table_;
-};
 
 struct RequiredKey {
   std::string_view key;
@@ -153,212 +101,229 @@ constexpr std::array<RequiredKey, 4> required_keys{{
     {"spheres", "[ ... ], which may be empty", true},
 }};
 
-constexpr std::string_view write_spheres =
+constexpr const char* write_spheres =
     "write spheres as {\"center\": [X, Y, Z], \"radius\": R, \"material\": NAME}";
-constexpr std::string_view too_many_materials =
+constexpr const char* too_many_materials =
     "the scene has too many distinct materials: let spheres share materials";
 
-bool SceneBuilder::has_key(std::string_view key) const {
-  return std::ranges::find(keys_, key) != keys_.end();
-}
+/// Builds a scene from the pieces of its JSON, in either format.
+///
+/// The pieces show the format. An item {"sphere": ...} belongs to the seed format. All keys except
+/// "spheres" belong to version 1. A file with both is an error. Every member function throws
+/// InputError with the place and the line.
+class SceneBuilder final : public JsonSink {
+ public:
+  /// `file` names the input in messages and must outlive this object.
+  explicit SceneBuilder(const std::string& file) : root_(file) {}
 
-JsonDelivery SceneBuilder::on_key(const std::string& key, std::uint64_t line) {
-  const JsonPlace place = root_.at(key);
-  if (std::ranges::find(scene_keys, key) == scene_keys.end()) {
-    fail_unknown_key(key, line, root_, scene_keys);
+  JsonDelivery on_key(const std::string& key, std::uint64_t line) override {
+    const JsonPlace place = root_.at(key);
+    if (!place_in(scene_keys, key)) fail_unknown_key(key, line, root_, scene_keys);
+    if (has_key(key)) place.fail(line, "duplicate key '" + key + "': remove one of them");
+    keys_.push_back(key);
+    if (key == "spheres") return JsonDelivery::by_item;
+    if (format_ == Format::seed) {
+      place.fail(line, std::string("this key belongs to scene JSON version 1, but the spheres have "
+                                   "the seed format ({\"sphere\": ...}): ") +
+                           write_spheres);
+    }
+    format_ = Format::version_1;
+    if (key == "particles" || key == "capsules") return JsonDelivery::by_item;
+    return key == "materials" ? JsonDelivery::by_member : JsonDelivery::whole;
   }
-  if (has_key(key)) place.fail(line, "duplicate key '" + key + "': remove one of them");
-  keys_.push_back(key);
-  if (key == "spheres") return JsonDelivery::by_item;
-  if (format_ == Format::seed) {
-    place.fail(
-        line, std::string("this key belongs to scene JSON version 1, but the spheres have the seed "
-                          "format ({\"sphere\": ...}): ")
-                  .append(write_spheres));
+
+  void on_member(const JsonMember& member) override {
+    const JsonPlace place = root_.at(member.key);
+    if (member.key == "version") {
+      read_version(member.value, place);
+    } else if (member.key == "camera") {
+      out_.scene.camera = read_camera(member.value, place);
+    } else if (member.key == "image" || member.key == "render") {
+      read_settings(member.value, place, member.key == "image", out_.settings, out_.transparent);
+    } else if (member.key == "style") {
+      style_ = read_style(member.value, place);
+    } else if (member.key == "finishing") {
+      postprocessing_ = read_postprocessing(member.value, place);
+    } else if (member.key == "sky") {
+      out_.scene.sky = read_sky(member.value, place);
+    } else {
+      out_.labels = read_labels(member.value, place);
+    }
   }
-  format_ = Format::version_1;
-  if (key == "particles" || key == "capsules") return JsonDelivery::by_item;
-  return key == "materials" ? JsonDelivery::by_member : JsonDelivery::whole;
-}
 
-void SceneBuilder::on_member(const JsonMember& member) {
-  const JsonPlace place = root_.at(member.key);
-  if (member.key == "version") {
-    read_version(member.value, place);
-  } else if (member.key == "camera") {
-    out_.scene.camera = read_camera(member.value, place);
-  } else if (member.key == "image" || member.key == "render") {
-    read_settings(member.value, place, member.key == "image", out_.settings, out_.transparent);
-  } else if (member.key == "style") {
-    style_ = read_style(member.value, place);
-  } else if (member.key == "finishing") {
-    postprocessing_ = read_postprocessing(member.value, place);
-  } else if (member.key == "sky") {
-    out_.scene.sky = read_sky(member.value, place);
-  } else {
-    out_.labels = read_labels(member.value, place);
+  void on_child(const JsonMember& child) override {
+    const JsonPlace section = root_.at(keys_.back());
+    if (keys_.back() == "materials") {
+      add_material(child, section.at(child.key));
+    } else if (keys_.back() == "particles") {
+      add_particles(child.value, section.at(out_.particles.size()));
+    } else if (keys_.back() == "capsules") {
+      add_capsule(child.value, section.at(out_.scene.capsules.size()));
+    } else {
+      add_sphere(child.value, section.at(out_.scene.spheres.size()));
+    }
   }
-}
 
-void SceneBuilder::on_child(const JsonMember& child) {
-  if (keys_.back() == "materials") {
-    add_material(child);
-  } else if (keys_.back() == "particles") {
-    add_particles(child.value);
-  } else if (keys_.back() == "capsules") {
-    add_capsule(child.value);
-  } else {
-    add_sphere(child.value);
+  /// Takes further spheres in the usual form whose materials earlier spheres have used.
+  std::size_t take_items(ByteSource& source) override {
+    if (keys_.back() != "spheres" || format_ != Format::version_1) return 0;
+    constexpr std::size_t usual_bytes = 4096;
+    std::vector<Sphere>& spheres = out_.scene.spheres;
+    const std::size_t before = spheres.size();
+    while (has_room()) {
+      const std::optional<SphereText> text = next_sphere_text(source.ahead(usual_bytes));
+      const auto material = text ? names_.used(text->material) : std::nullopt;
+      if (!material) break;
+      spheres.push_back(text->sphere);
+      spheres.back().material = *material;
+      source.skip(text->bytes, text->newlines);
+    }
+    return spheres.size() - before;
   }
-}
 
-/// Takes further spheres in the usual form whose materials earlier spheres have used.
-std::size_t SceneBuilder::take_items(ByteSource& source) {
-  if (keys_.back() != "spheres" || format_ != Format::version_1) return 0;
-  constexpr std::size_t usual_bytes = 4096;
-  std::vector<Sphere>& spheres = out_.scene.spheres;
-  const std::size_t before = spheres.size();
-  while (spheres.size() + out_.scene.capsules.size() < limits::max_shapes) {
-    const std::optional<SphereText> text = next_sphere_text(source.ahead(usual_bytes));
-    const auto material = text ? names_.used(text->material) : std::nullopt;
-    if (!material) break;
-    spheres.push_back(text->sphere);
-    spheres.back().material = *material;
-    source.skip(text->bytes, text->newlines);
+  /// Completes the scene. Call it once, after the last piece. `start_line` is the line where the
+  /// document starts.
+  SceneFile finish(std::uint64_t start_line) {
+    // No spheres and no other key: the file has the seed format, although no item shows it.
+    const bool is_bare = format_ == Format::unknown && has_key("spheres");
+    if (format_ == Format::seed || is_bare) {
+      out_.seed_format = true;
+      out_.scene.camera.tan_half_vfov = tan_half_of(out_.scene.camera.vfov);
+    } else {
+      finish_version_1(start_line);
+    }
+    out_.scene.materials = table_.take();
+    return std::move(out_);
   }
-  return spheres.size() - before;
-}
 
-void SceneBuilder::add_material(const JsonMember& member) {
-  const JsonPlace section = root_.at("materials");
-  const JsonPlace place = section.at(member.key);
-  const Material material = read_material(member.value, place);
-  if (!names_.define(member.key, material)) {
-    place.fail(member.line, "duplicate key '" + printable(member.key) + "': remove one of them");
+ private:
+  enum class Format : std::uint8_t { unknown, version_1, seed };
+
+  bool has_key(std::string_view key) const { return place_in(keys_, key).has_value(); }
+
+  bool has_room() const {
+    return out_.scene.spheres.size() + out_.scene.capsules.size() < limits::max_shapes;
   }
-  if (names_.size() > limits::max_materials) place.fail(member.line, too_many_materials);
-}
-
-void SceneBuilder::add_sphere(const JsonValue& value) {
-  const std::size_t index = out_.scene.spheres.size();
-  const JsonPlace section = root_.at("spheres");
-  const JsonPlace place = section.at(index);
-  check_room(place, value.line);
-  if (format_ == Format::unknown) {
-    format_ = is_seed_sphere(value) ? Format::seed : Format::version_1;
+  void check_room(const JsonPlace& place, std::uint64_t line) const {
+    if (has_room()) return;
+    place.fail(line, "the scene has more than " + std::to_string(limits::max_shapes) +
+                         " spheres and capsules: split the scene");
   }
-  if (format_ == Format::seed) {
-    add_seed_sphere(value, place);
-  } else {
-    add_named_sphere(value, place);
+
+  void add_material(const JsonMember& member, const JsonPlace& place) {
+    const Material material = read_material(member.value, place);
+    if (!names_.define(member.key, material)) {
+      place.fail(member.line, "duplicate key '" + printable(member.key) + "': remove one of them");
+    }
+    check_names(place, member.line);
   }
-}
-
-/// Fails if the scene has no room for one more shape.
-void SceneBuilder::check_room(const JsonPlace& place, std::uint64_t line) const {
-  if (out_.scene.spheres.size() + out_.scene.capsules.size() < limits::max_shapes) return;
-  place.fail(line, "the scene has more than " + std::to_string(limits::max_shapes) +
-                       " spheres and capsules: split the scene");
-}
-
-void SceneBuilder::add_capsule(const JsonValue& value) {
-  std::vector<Capsule>& capsules = out_.scene.capsules;
-  const JsonPlace section = root_.at("capsules");
-  const JsonPlace place = section.at(capsules.size());
-  check_room(place, value.line);
-  const NamedCapsule read = read_capsule(value, place);
-  const std::uint32_t material =
-      names_.use(*read.material, "capsules", capsules.size(), read.material_line);
-  capsules.push_back(read.capsule);
-  capsules.back().material = material;
-  if (names_.size() > limits::max_materials) place.fail(value.line, too_many_materials);
-}
-
-void SceneBuilder::add_seed_sphere(const JsonValue& value, const JsonPlace& place) {
-  const SeedSphere read = read_seed_sphere(value, place);
-  const std::optional<std::uint32_t> material = table_.intern(read.material);
-  if (!material) place.fail(value.line, too_many_materials);
-  out_.scene.spheres.push_back(read.sphere);
-  out_.scene.spheres.back().material = *material;
-}
-
-void SceneBuilder::add_named_sphere(const JsonValue& value, const JsonPlace& place) {
-  if (is_seed_sphere(value)) {
-    place.fail(value.line,
-               std::string("the sphere has the seed format ({\"sphere\": ...}), but the scene has "
-                           "version 1: ")
-                   .append(write_spheres));
+  void check_names(const JsonPlace& place, std::uint64_t line) const {
+    if (names_.size() > limits::max_materials) place.fail(line, too_many_materials);
   }
-  const NamedSphere read = read_sphere(value, place);
-  const std::size_t index = out_.scene.spheres.size();
-  out_.scene.spheres.push_back(read.sphere);
-  out_.scene.spheres.back().material =
-      names_.use(*read.material, "spheres", index, read.material_line);
-  if (names_.size() > limits::max_materials) place.fail(value.line, too_many_materials);
-}
 
-void SceneBuilder::add_particles(const JsonValue& value) {
-  const JsonPlace section = root_.at("particles");
-  const JsonPlace place = section.at(out_.particles.size());
-  if (out_.particles.size() == limits::max_particle_files) {
-    place.fail(value.line, "the scene has more than " + std::to_string(limits::max_particle_files) +
-                               " particle files: join some");
+  void add_sphere(const JsonValue& value, const JsonPlace& place) {
+    check_room(place, value.line);
+    const bool seed = is_seed_sphere(value);
+    if (format_ == Format::unknown) format_ = seed ? Format::seed : Format::version_1;
+    if (format_ == Format::seed) return add_seed_sphere(value, place);
+    if (seed) {
+      place.fail(value.line, std::string("the sphere has the seed format ({\"sphere\": ...}), but "
+                                         "the scene has version 1: ") +
+                                 write_spheres);
+    }
+    const JsonFields fields(value, place, {"center", "radius", "material"});
+    const Vec3d center = fields.vec3("center", ranges::coordinate);
+    const double radius = fields.number("radius", ranges::length);
+    add_shape(Sphere{center, radius, 0}, "spheres", fields, out_.scene.spheres);
   }
-  out_.particles.push_back(read_particle_source(value, place));
-}
 
-SceneFile SceneBuilder::finish(std::uint64_t start_line) {
-  // No spheres and no other key: the file has the seed format, although no item shows it.
-  const bool is_bare = format_ == Format::unknown && has_key("spheres");
-  if (format_ == Format::seed || is_bare) {
-    out_.seed_format = true;
-    out_.scene.camera.tan_half_vfov = tan_half_of(out_.scene.camera.vfov);
-  } else {
-    finish_version_1(start_line);
+  void add_seed_sphere(const JsonValue& value, const JsonPlace& place) {
+    const SeedSphere read = read_seed_sphere(value, place);
+    const std::optional<std::uint32_t> material = table_.intern(read.material);
+    if (!material) place.fail(value.line, too_many_materials);
+    out_.scene.spheres.push_back(read.sphere);
+    out_.scene.spheres.back().material = *material;
   }
-  out_.scene.materials = table_.take();
-  return std::move(out_);
-}
 
-void SceneBuilder::finish_version_1(std::uint64_t start_line) {
-  for (const RequiredKey& required : required_keys) {
-    const bool optional =
-        required.unless_other_shapes &&
-        (has_key("particles") || (required.key == "spheres" && has_key("capsules")));
-    if (has_key(required.key) || optional) continue;
-    fail_missing_key(required.key, start_line, root_, required.expectation);
+  void add_capsule(const JsonValue& value, const JsonPlace& place) {
+    check_room(place, value.line);
+    const JsonFields fields(value, place, {"from", "to", "radius", "material"});
+    const Vec3d from = fields.vec3("from", ranges::coordinate);
+    const Vec3d to = fields.vec3("to", ranges::coordinate);
+    const Capsule capsule{from, to, fields.number("radius", ranges::length), 0};
+    add_shape(capsule, "capsules", fields, out_.scene.capsules);
+    if (has_valid_ends(capsule)) return;
+    place.at("to").fail(fields.find("to")->line,
+                        "the ends of the capsule are less than 2e-15 apart: write equal ends, or "
+                        "use a smaller unit of length");
   }
-  if (style_ && !has_key("sky")) out_.scene.sky = sky_of(*style_);
-  out_.postprocessing =
-      postprocessing_.over(style_ ? postprocessing_of(*style_) : Postprocessing{});
-  resolve_materials();
-  out_.materials = std::move(names_);
-}
 
-/// Replaces names by numbers of distinct materials, in the order in which shapes first use them.
-void SceneBuilder::resolve_materials() {
-  std::vector<std::optional<std::uint32_t>> numbers(names_.size());
-  const auto resolve = [&](auto& shape) {
-    std::optional<std::uint32_t>& number = numbers[shape.material];
-    if (!number) number = resolve_material(shape.material);
-    shape.material = *number;
-  };
-  std::ranges::for_each(out_.scene.spheres, resolve);
-  std::ranges::for_each(out_.scene.capsules, resolve);
-}
+  /// Adds a shape of version 1, whose material is the name in `fields`.
+  template <typename Shape>
+  void add_shape(Shape shape, std::string_view section, const JsonFields& fields,
+                 std::vector<Shape>& to) {
+    const std::string& material = fields.string("material");
+    shape.material = names_.use(material, section, to.size(), fields.find("material")->line);
+    to.push_back(shape);
+    check_names(fields.place(), fields.line());
+  }
 
-std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
-  const MaterialNames::Entry& entry = names_[name];
-  if (entry.value) {
+  void add_particles(const JsonValue& value, const JsonPlace& place) {
+    if (out_.particles.size() == limits::max_particle_files) {
+      place.fail(value.line, "the scene has more than " +
+                                 std::to_string(limits::max_particle_files) +
+                                 " particle files: join some");
+    }
+    out_.particles.push_back(read_particle_source(value, place));
+  }
+
+  void finish_version_1(std::uint64_t start_line) {
+    for (const RequiredKey& required : required_keys) {
+      const bool optional =
+          required.unless_other_shapes &&
+          (has_key("particles") || (required.key == "spheres" && has_key("capsules")));
+      if (has_key(required.key) || optional) continue;
+      fail_missing_key(required.key, start_line, root_, required.expectation);
+    }
+    if (style_ && !has_key("sky")) out_.scene.sky = sky_of(*style_);
+    out_.postprocessing =
+        postprocessing_.over(style_ ? postprocessing_of(*style_) : Postprocessing{});
+    resolve_materials();
+    out_.materials = std::move(names_);
+  }
+
+  /// Replaces names by numbers of distinct materials, in the order in which shapes first use them.
+  void resolve_materials() {
+    std::vector<std::optional<std::uint32_t>> numbers(names_.size());
+    const auto resolve = [&](auto& shape) {
+      std::optional<std::uint32_t>& number = numbers[shape.material];
+      if (!number) number = resolve_material(shape.material);
+      shape.material = *number;
+    };
+    std::ranges::for_each(out_.scene.spheres, resolve);
+    std::ranges::for_each(out_.scene.capsules, resolve);
+  }
+
+  std::uint32_t resolve_material(std::uint32_t name) {
+    const MaterialNames::Entry& entry = names_[name];
     // The table has room: there are at most as many values as names.
-    return *table_.intern(*entry.value);
+    if (entry.value) return *table_.intern(*entry.value);
+    const JsonPlace section = root_.at(entry.first_section);
+    const JsonPlace shape = section.at(entry.first_shape);
+    shape.at("material")
+        .fail(entry.first_line, "unknown material '" + printable(names_.name_of(name)) +
+                                    "': " + names_.remedy_for_undefined(names_.name_of(name)));
   }
-  const JsonPlace section = root_.at(entry.first_section);
-  const JsonPlace shape = section.at(entry.first_shape);
-  shape.at("material")
-      .fail(entry.first_line, "unknown material '" + printable(names_.name_of(name)) +
-                                  "': " + names_.remedy_for_undefined(names_.name_of(name)));
-}
+
+  JsonPlace root_;
+  std::vector<std::string> keys_;  // the top-level keys so far; the last is the current one
+  Format format_ = Format::unknown;
+  SceneFile out_;
+  std::optional<Style> style_;
+  PostprocessingSection postprocessing_;
+  MaterialNames names_;  // of version 1; until finish(), a shape's material is one of their numbers
+  MaterialTable table_;
+};
 
 /// A stream over a file, which is unpacked if necessary; only for reads of whole blocks.
 class FileBuffer : public std::streambuf {

@@ -8,10 +8,16 @@
 #include "common/scene/limits.h"
 #include "common/scene/scene.h"
 #include "common/scene/setting_rules.h"
+#include "common/scene/settings_fields.h"
 
 /// Descriptions of the sections of a scene file. Each member has a key, a rule, and the help text
 /// of its option if it has one. They work like the descriptions of settings (settings_fields.h).
 namespace parray::input {
+
+/// The keys at the top level of a scene file.
+inline constexpr std::array<std::string_view, 12> scene_keys{
+    "version",   "camera",    "image",   "render",   "style",     "sky",
+    "finishing", "materials", "spheres", "capsules", "particles", "labels"};
 
 // Rules.
 struct Flag {};                          ///< a boolean; its option takes no value
@@ -26,8 +32,8 @@ struct LabelText {
 namespace scene_words {
 inline constexpr std::array<std::string_view, 2> projections{"perspective", "orthographic"};
 inline constexpr std::array<std::string_view, 3> materials{"diffuse", "metal", "dielectric"};
-inline constexpr Words projection{"projection", projections};
-inline constexpr Words material{"material type", materials};
+inline constexpr scene::Words projection{"projection", projections};
+inline constexpr scene::Words material{"material type", materials};
 }  // namespace scene_words
 
 template <typename F, typename... S>
@@ -112,6 +118,17 @@ void label_fields(F&& f, S&... s) {
     drawing_ranges::print_width, s.width_mm...);
   f({"dpi", "Pixels per inch in print, for sizes and the file's metadata", 0, "N"},
     drawing_ranges::dpi, s.dpi...);
+}
+
+/// Describes the members of the sections `image` and `render` of a scene file: calls `f`, a visitor
+/// as in settings_fields.h, for the settings of a picture and for the boolean `transparent`. The
+/// traits `image` and `render` of a member tell its section. The visitor must skip members with
+/// neither trait. Callers without a value for `transparent` leave out that argument.
+template <typename F, typename S, typename... T>
+void image_fields(F&& f, S& settings, T&... transparent) {
+  stop_fields(f, settings);
+  picture_fields(f, settings);
+  f({"transparent", nullptr, traits::image}, Flag{}, transparent...);
 }
 
 }  // namespace parray::input

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <iosfwd>
 #include <optional>
 #include <string>
@@ -85,5 +86,17 @@ SceneFile read_scene_file(PackedFile& file, int threads = 1);
 
 /// Does the same for an open stream. `name` stands for the file in messages.
 SceneFile read_scene(std::istream& input, const std::string& name, int threads = 1);
+
+/// Writes scene JSON v1 (scenes/schema/scene.v1.schema.json), one shape per line. Writes numbers in
+/// the shortest form that reads back as the same number. So read_scene() of the text gives an equal
+/// scene (if the scene has no duplicate spheres) and equal width, height, samples, depth and seed.
+///
+/// Materials keep the names of `file.materials`. Other materials are called "material 0" and so on.
+/// Files of `file.particles` stay references.
+///
+/// Calls `poll` many times a second and passes on its exceptions, so that the caller can stop the
+/// writer. The caller must check the state of the stream. Throws InputError for a name or a text
+/// that is not UTF-8.
+void write_scene(std::ostream& out, const SceneFile& file, const std::function<void()>& poll);
 
 }  // namespace parray::input

@@ -1,27 +1,17 @@
 #include "cli/input/scene_file/scene_sections.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <vector>
 
-#include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
-#include "common/scene/scene_bytes.h"
 
 namespace parray::input {
-namespace {
-
-/// Least sine of the angle between `up` and the view. At smaller angles, rounding of `up` would
-/// determine the rotation of the picture.
-constexpr double min_up_sine = 1e-6;
-
-}  // namespace
 
 std::string problem_with(const Camera& camera) {
   const Vec3d view = camera.look_at - camera.look_from;
@@ -32,6 +22,9 @@ std::string problem_with(const Camera& camera) {
            " apart: use a distance between " + number_text(limits::min_radius) + " and " +
            number_text(limits::max_length);
   }
+  // At smaller angles between `up` and the view, rounding of `up` would determine the rotation of
+  // the picture.
+  constexpr double min_up_sine = 1e-6;
   const double up_length = length(camera.up);
   if (up_length < limits::min_radius) return "up is zero: write a direction such as [0, 1, 0]";
   const double sine = length(cross((1 / up_length) * camera.up, normalize(view)));
@@ -54,6 +47,15 @@ namespace {
 
 /// Returns whether a section has the setting. 0 means a section other than `image` and `render`.
 bool is_in(unsigned section, const Setting& setting) { return section == 0 || setting.is(section); }
+
+/// Returns the keys that `describe(visitor)` visits and that belong to `section`.
+std::vector<std::string_view> keys_of(const auto& describe, unsigned section = 0) {
+  std::vector<std::string_view> keys;
+  describe([&](const Setting& setting, const auto&... /*rule and values*/) {
+    if (is_in(section, setting)) keys.emplace_back(setting.key);
+  });
+  return keys;
+}
 
 /// A visitor of a description that sets the members that a section names. Throws InputError with
 /// the place.
@@ -85,12 +87,7 @@ class SectionReader {
 
   std::size_t read(const char* key, const Words& words) const {
     const std::string& name = fields_.string(key);
-    const auto found = std::ranges::find(words.names, name);
-    if (found == words.names.end()) {
-      fail(key, "unknown " + std::string(words.what) + " '" + printable(name) +
-                    "': " + remedy_for_name(name, words.names));
-    }
-    return static_cast<std::size_t>(found - words.names.begin());
+    return checked(key, [&] { return known_place(words.what, name, words.names); });
   }
   std::string read(const char* key, LabelText rule) const {
     const std::string& text = fields_.string(key);
@@ -131,7 +128,27 @@ class SectionReader {
     return words;
   }
 
-  std::vector<Representation> read(const char* key, Representations /*rule*/) const;
+  std::vector<Representation> read(const char* key, Representations /*rule*/) const {
+    static const auto keys = keys_of([](const auto& f) { representation_fields(f); });
+    const JsonValue& list = *fields_.find(key);
+    if (list.kind != JsonKind::array) {
+      fail(key, "this is not a list: write [{\"select\": \"protein\", ...}, ...]");
+    }
+    if (list.items.size() > max_representations) {
+      fail(key, "the list has more than " + std::to_string(max_representations) +
+                    " items: use several items of particles");
+    }
+    const JsonPlace object = fields_.place().at(key);
+    std::vector<Representation> shows;
+    for (const JsonValue& item : list.items) {
+      const JsonPlace place = object.at(shows.size());
+      const JsonFields fields(item, place, keys);
+      Representation& show = shows.emplace_back();
+      show.line = fields.line();
+      representation_fields(SectionReader(fields), show);
+    }
+    return shows;
+  }
 
   /// Returns the text of a value, which may also have the other form.
   static std::string text_in(const JsonValue& value, const JsonPlace& place, JsonForm form) {
@@ -174,37 +191,6 @@ class SectionReader {
   const JsonFields& fields_;
   unsigned section_;
 };
-
-/// Returns the keys that `describe(visitor)` visits and that belong to `section`.
-std::vector<std::string_view> keys_of(const auto& describe, unsigned section = 0) {
-  std::vector<std::string_view> keys;
-  describe([&](const Setting& setting, const auto&... /*rule and values*/) {
-    if (is_in(section, setting)) keys.emplace_back(setting.key);
-  });
-  return keys;
-}
-
-std::vector<Representation> SectionReader::read(const char* key, Representations /*rule*/) const {
-  static const auto keys = keys_of([](const auto& f) { representation_fields(f); });
-  const JsonValue& list = *fields_.find(key);
-  if (list.kind != JsonKind::array) {
-    fail(key, "this is not a list: write [{\"select\": \"protein\", ...}, ...]");
-  }
-  if (list.items.size() > max_representations) {
-    fail(key, "the list has more than " + std::to_string(max_representations) +
-                  " items: use several items of particles");
-  }
-  const JsonPlace object = fields_.place().at(key);
-  std::vector<Representation> shows;
-  for (const JsonValue& item : list.items) {
-    const JsonPlace place = object.at(shows.size());
-    const JsonFields fields(item, place, keys);
-    Representation& show = shows.emplace_back();
-    show.line = fields.line();
-    representation_fields(SectionReader(fields), show);
-  }
-  return shows;
-}
 
 /// Throws InputError if the camera has a key that its projection does not use.
 void refuse(const JsonFields& fields, std::string_view key, const std::string& problem) {
@@ -290,7 +276,6 @@ void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
 }
 
 Material read_material(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> all_keys{"type", "albedo", "fuzz", "ior"};
   static const auto keys_of_types = [] {
     std::array<std::vector<std::string_view>, scene_words::materials.size()> all;
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -299,7 +284,7 @@ Material read_material(const JsonValue& value, const JsonPlace& place) {
     return all;
   }();
   Material material;
-  const JsonFields any(value, place, all_keys);
+  const JsonFields any(value, place, {"type", "albedo", "fuzz", "ior"});
   const SectionReader read_any(any);
   read_any({"type", nullptr, traits::required}, scene_words::material, material.type);
   const JsonFields fields(value, place, keys_of_types[static_cast<std::size_t>(material.type)]);
@@ -322,37 +307,8 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   out.line = fields.line();
   for (const JsonMember& member : value.members) out.lines.emplace(member.key, member.value.line);
   particle_fields(SectionReader(fields), out);
-  out.file_line = out.line_of("file");
   if (const auto problem = problem_with(out)) {
     fail_in(out, place, problem->key, problem->representation, problem->text);
-  }
-  return out;
-}
-
-NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 3> keys{"center", "radius", "material"};
-  const JsonFields fields(value, place, keys);
-  NamedSphere out;
-  out.sphere.center = fields.vec3("center", ranges::coordinate);
-  out.sphere.radius = fields.number("radius", ranges::length);
-  out.material = &fields.string("material");
-  out.material_line = fields.find("material")->line;
-  return out;
-}
-
-NamedCapsule read_capsule(const JsonValue& value, const JsonPlace& place) {
-  static constexpr std::array<std::string_view, 4> keys{"from", "to", "radius", "material"};
-  const JsonFields fields(value, place, keys);
-  NamedCapsule out;
-  out.capsule.from = fields.vec3("from", ranges::coordinate);
-  out.capsule.to = fields.vec3("to", ranges::coordinate);
-  out.capsule.radius = fields.number("radius", ranges::length);
-  out.material = &fields.string("material");
-  out.material_line = fields.find("material")->line;
-  if (!has_valid_ends(out.capsule)) {
-    place.at("to").fail(fields.find("to")->line,
-                        "the ends of the capsule are less than 2e-15 apart: write equal ends, or "
-                        "use a smaller unit of length");
   }
   return out;
 }

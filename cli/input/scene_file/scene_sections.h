@@ -1,13 +1,11 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/particle_source.h"
@@ -44,22 +42,6 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
 [[noreturn]] void fail_in(const ParticleSource& source, const JsonPlace& place,
                           const std::string& key, const std::optional<std::size_t>& representation,
                           std::string_view problem);
-
-/// A sphere whose material is a name.
-struct NamedSphere {
-  Sphere sphere;                ///< `material` is not set
-  const std::string* material;  ///< refers to the JsonValue
-  std::uint64_t material_line;
-};
-NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place);
-
-/// A capsule whose material is a name.
-struct NamedCapsule {
-  Capsule capsule;              ///< `material` is not set
-  const std::string* material;  ///< refers to the JsonValue
-  std::uint64_t material_line;
-};
-NamedCapsule read_capsule(const JsonValue& value, const JsonPlace& place);
 
 /// Returns why a camera is not valid, with the remedy. Returns "" for a valid camera.
 std::string problem_with(const Camera& camera);

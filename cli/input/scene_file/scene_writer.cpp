@@ -1,16 +1,15 @@
-#include "cli/input/scene_file/scene_writer.h"
-
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <type_traits>
 #include <unordered_map>
 #include <vector>
 
-#include "cli/input/scene_file/image_fields.h"
-#include "cli/input/scene_file/material_table.h"
+#include "cli/input/scene_file/material_names.h"
 #include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"

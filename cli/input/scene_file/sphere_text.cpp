@@ -2,12 +2,11 @@
 
 #include <charconv>
 
+#include "common/base/ascii.h"
 #include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /// Reads a text from front to back. After a function returns false, the position is undefined.
 class Scanner {
@@ -57,7 +56,7 @@ class Scanner {
 
   bool pass_digits() {
     const char* const start = at_;
-    while (at_ != end_ && is_digit(*at_)) ++at_;
+    while (at_ != end_ && ascii::is_digit(*at_)) ++at_;
     return at_ != start;
   }
 

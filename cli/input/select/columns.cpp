@@ -1,20 +1,19 @@
 #include "cli/input/select/columns.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <vector>
+#include <optional>
 
+#include "cli/input/particles/cell.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
 
 constexpr std::array<std::string_view, 9> own_numbers{"x",  "y",      "z",     "fx",   "fy",
                                                       "fz", "radius", "index", "resid"};
-
-double component(const Vec3d& v, std::size_t axis) {
-  return axis == 0 ? v.x : (axis == 1 ? v.y : v.z);
-}
 
 struct Fraction {
   Vec3d origin;
@@ -41,65 +40,48 @@ Fraction fraction_of(const std::vector<Vec3d>& positions, std::size_t axis) {
   return {low, {axis == 0 ? slope : 0, axis == 1 ? slope : 0, axis == 2 ? slope : 0}};
 }
 
+/// Returns the source of the numbers number_of(i).
+NumberSource each(const auto& number_of) {
+  return [number_of](std::size_t begin, std::span<double> out) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = number_of(begin + i);
+  };
+}
+
 }  // namespace
 
-bool is_number_column(std::string_view name) {
-  return std::ranges::find(own_numbers, name) == own_numbers.end();
-}
+bool is_number_column(std::string_view name) { return !place_in(own_numbers, name); }
 
 bool is_requested_column(std::string_view name) {
   return is_number_column(name) || name == "fx" || name == "fy" || name == "fz" || name == "index";
 }
 
-std::optional<NumberSource> NumberSource::of(std::string_view name, const Particles& particles) {
-  NumberSource out;
-  out.particles_ = &particles;
-  const auto word = std::ranges::find(own_numbers, name);
-  const auto place = static_cast<std::size_t>(word - own_numbers.begin());
-  if (word == own_numbers.end()) {
+NumberSource number_source(std::string_view name, const Particles& particles) {
+  const std::vector<Vec3d>& positions = particles.positions;
+  const std::optional<std::size_t> place = place_in(own_numbers, name);
+  if (!place) {
     const NumberColumn* const column = particles.numbers_named(name);
     if (column == nullptr) return {};
-    out.kind_ = Kind::column;
-    out.column_ = &column->values;
-  } else if (place < 6) {
-    out.kind_ = place < 3 ? Kind::component : Kind::fraction;
-    out.axis_ = place % 3;
-    if (place < 3) return out;
+    return each([column](std::size_t i) { return column->values[i]; });
+  }
+  const std::size_t axis = *place % 3;
+  if (*place < 3) return each([&, axis](std::size_t i) { return component(positions[i], axis); });
+  if (*place < 6) {
     std::optional<Fraction> fraction;
-    if (particles.cell) fraction = fraction_of(*particles.cell, out.axis_);
-    if (!fraction && particles.count() > 0) fraction = fraction_of(particles.positions, out.axis_);
-    if (fraction) {
-      out.origin_ = fraction->origin;
-      out.slope_ = fraction->slope;
-    }
-  } else if (name == "radius") {
+    if (particles.cell) fraction = fraction_of(*particles.cell, axis);
+    if (!fraction && !positions.empty()) fraction = fraction_of(positions, axis);
+    return each([&, f = fraction.value_or(Fraction{})](std::size_t i) {
+      return dot(positions[i] - f.origin, f.slope);
+    });
+  }
+  if (name == "index") {
+    return each([&](std::size_t i) { return static_cast<double>(particles.index_of(i)); });
+  }
+  if (name == "radius") {
     if (particles.radii.empty()) return {};
-    out.kind_ = Kind::radius;
-  } else if (name == "index") {
-    out.kind_ = Kind::index;
-  } else {
-    if (particles.residue_numbers.empty()) return {};
-    out.kind_ = Kind::residue;
+    return each([&](std::size_t i) { return particles.radii[i]; });
   }
-  return out;
-}
-
-void NumberSource::values(std::size_t begin, std::span<double> out) const {
-  const auto fill = [&](const auto& value_of) {
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = value_of(begin + i);
-  };
-  const std::vector<Vec3d>& positions = particles_->positions;
-  switch (kind_) {
-    case Kind::component:
-      return fill([&](std::size_t i) { return component(positions[i], axis_); });
-    case Kind::fraction:
-      return fill([&](std::size_t i) { return dot(positions[i] - origin_, slope_); });
-    case Kind::radius: return fill([&](std::size_t i) { return particles_->radii[i]; });
-    case Kind::index:
-      return fill([&](std::size_t i) { return static_cast<double>(particles_->index_of(i)); });
-    case Kind::residue: return fill([&](std::size_t i) { return particles_->residue_numbers[i]; });
-    case Kind::column: return fill([&](std::size_t i) { return (*column_)[i]; });
-  }
+  if (particles.residue_numbers.empty()) return {};
+  return each([&](std::size_t i) { return static_cast<double>(particles.residue_numbers[i]); });
 }
 
 bool is_length_number(std::string_view name) {
@@ -116,7 +98,7 @@ std::string unit_of(std::string_view name, const Particles& particles) {
 std::vector<std::string> number_names(const Particles& particles) {
   std::vector<std::string> names;
   for (const std::string_view name : own_numbers) {
-    if (NumberSource::of(name, particles)) names.emplace_back(name);
+    if (number_source(name, particles)) names.emplace_back(name);
   }
   for (const NumberColumn& column : particles.numbers) {
     if (is_number_column(column.name)) names.push_back(column.name);

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -30,7 +30,7 @@ inline std::string particles_word(std::uint64_t count) {
 std::string columns_of(const Particles& particles);
 
 /// Returns whether a number's name means a numeric column of the file, which the reader loads only
-/// on request. This is so for all names except those that the comment on NumberSource lists.
+/// on request. This is so for all names except those that the comment on number_source() lists.
 bool is_number_column(std::string_view name);
 
 /// Returns whether readers load a numeric column of this name, if the file has one. Readers load
@@ -38,29 +38,16 @@ bool is_number_column(std::string_view name);
 /// such a column is not used.
 bool is_requested_column(std::string_view name);
 
-/// A number that each particle has. It is a numeric column of the file or one of: x, y, z, radius,
+/// A number that each particle has: writes the numbers of `out.size()` particles from `begin` on.
+/// NaN: not known.
+using NumberSource = std::function<void(std::size_t begin, std::span<double> out)>;
+
+/// Returns the number `name`, which is a numeric column of the file or one of: x, y, z, radius,
 /// index, resid (the residue's number), fx, fy, fz. `index` is Particles::index_of(), so hidden
 /// particles count. fx, fy and fz are fractions of the cell along its edges a, b, c: 0 to 1 inside.
-/// Without a cell, or with a flat one, they are fractions of the box around all centres. The
-/// particles must outlive this object.
-class NumberSource {
- public:
-  /// Returns nothing if these particles have no such number.
-  static std::optional<NumberSource> of(std::string_view name, const Particles& particles);
-
-  /// Writes the numbers of `out.size()` particles from `begin` on. NaN: not known.
-  void values(std::size_t begin, std::span<double> out) const;
-
- private:
-  enum class Kind : unsigned char { component, fraction, radius, index, residue, column };
-
-  const Particles* particles_ = nullptr;
-  Kind kind_ = Kind::component;
-  std::size_t axis_ = 0;
-  Vec3d origin_{};  // for fractions: dot(position - origin, slope)
-  Vec3d slope_{};
-  const std::vector<double>* column_ = nullptr;
-};
+/// Without a cell, or with a flat one, they are fractions of the box around all centres. Returns an
+/// empty function if these particles have no such number. They must outlive the result.
+NumberSource number_source(std::string_view name, const Particles& particles);
 
 /// Returns whether a number is a length in the file's unit: a position or a radius.
 bool is_length_number(std::string_view name);
@@ -69,7 +56,7 @@ bool is_length_number(std::string_view name);
 /// length.
 std::string unit_of(std::string_view name, const Particles& particles);
 
-/// Returns the names that NumberSource::of() accepts for these particles.
+/// Returns the names that number_source() accepts for these particles.
 std::vector<std::string> number_names(const Particles& particles);
 
 }  // namespace parray::input

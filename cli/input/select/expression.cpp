@@ -7,7 +7,6 @@
 #include <limits>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/select/selection_scanner.h"
@@ -28,11 +27,7 @@ constexpr std::array<std::string_view, 16> other_words{
     "same",    "and",  "or",   "not",     "all",   "none",  "abs",   "sqrt"};
 
 Expression leaf(Kind kind, std::size_t column, std::string word = {}) {
-  Expression out;
-  out.kind = kind;
-  out.column = column;
-  out.word = std::move(word);
-  return out;
+  return {.kind = kind, .column = column, .word = std::move(word)};
 }
 
 Expression joined(Kind kind, std::size_t column, std::vector<Expression> parts) {

@@ -5,7 +5,6 @@
 
 #include "cli/input/particles/file_place.h"
 #include "cli/input/select/columns.h"
-#include "cli/input/select/condition.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 #include "common/base/text.h"
@@ -36,20 +35,19 @@ class Shown {
 
   void select(const char* key, const std::string& text, const std::string& reason) {
     blaming(key, [&] {
-      const Selection selection(text);
-      ParticleMask others = selection.mask(particles_, threads_);
+      const std::string problem =
+          "the selection leaves none of " + std::to_string(particles_.count()) + " particles: ";
+      ParticleMask others = Selection(text).some(particles_, threads_, problem, "select more");
       for (std::uint8_t& value : others) value ^= 1U;
-      const std::uint64_t kept = others.size() - count_of(others);
-      if (kept == 0) fail_empty(selection.what_there_is(particles_));
       take(others, std::string("not_in_") + key, reason);
-      if (left() == 0) fail_empty("");
+      if (left() == 0) throw InputError(problem + "select more");
     });
   }
 
   void hide(const std::string& word) {
     blaming("hide", [&] {
       if (word == hidden_by_default) {  // the default must work for every file
-        const ParticleMask sites = class_mask(ParticleClass::virtual_site, particles_);
+        const ParticleMask sites = class_mask(hidden_by_default, particles_);
         if (count_of(sites) == particles_.count()) return;  // a bead model: nothing else to show
         return take(sites, "hidden_virtual", "hidden (virtual)");
       }
@@ -80,10 +78,6 @@ class Shown {
   }
   [[nodiscard]] std::uint64_t left() const {
     return mask_.empty() ? particles_.count() : count_of(mask_);
-  }
-  [[noreturn]] void fail_empty(const std::string& what_there_is) const {
-    throw InputError("the selection leaves none of " + std::to_string(particles_.count()) +
-                     " particles: " + (what_there_is.empty() ? "select more" : what_there_is));
   }
 
   Particles& particles_;
@@ -122,11 +116,6 @@ std::vector<std::string> hide_from(std::string_view text) {
 
 void check_hidden(const std::vector<std::string>& words) {
   static_cast<void>(Selection::any_of(words));
-}
-
-std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter) {
-  return filter.select.empty() ? std::set<std::string, std::less<>>{}
-                               : Selection(filter.select).numbers();
 }
 
 void apply(const ParticleFilter& filter, Particles& particles, int threads) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,9 +29,6 @@ std::string slice_from(std::string_view text);
 std::vector<std::string> hide_from(std::string_view text);
 /// Throws InputError if a word is not in selection_classes().
 void check_hidden(const std::vector<std::string>& words);
-
-/// Returns the names of the file's numeric columns that the filter needs.
-std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter);
 
 /// Removes the particles that the filter does not show. Notes count them as "hidden_CLASS",
 /// "not_in_slice" and "not_in_select", each particle once, under the first that applies. The class

@@ -6,15 +6,15 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/beads.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_spheres.h"
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/particles/sticks.h"
-#include "cli/input/view/principal_axes.h"
+#include "cli/input/view/view.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
@@ -31,13 +31,9 @@ bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
   const double volume = dot(a, cross(b, c));
   if (volume == 0) return true;
   for (const Vec3d& normal : {cross(b, c), cross(c, a), cross(a, b)}) {
-    double low = dot(positions.front(), normal);
-    double high = low;
-    for (const Vec3d& position : positions) {
-      low = std::min(low, dot(position, normal));
-      high = std::max(high, dot(position, normal));
-    }
-    if (high - low < share * std::abs(volume)) return false;
+    NumberBounds along;
+    for (const Vec3d& position : positions) along.add(dot(position, normal));
+    if (along.high - along.low < share * std::abs(volume)) return false;
   }
   return true;
 }
@@ -63,7 +59,7 @@ struct OpenRadius {
 std::vector<OpenRadius> open_radii(const SelectedParticles& selected, bool crystal) {
   std::vector<OpenRadius> open;
   std::size_t begin = 0;
-  for (const SelectedPart& part : selected.parts) {
+  for (const ParticlePart& part : selected.parts) {
     const std::size_t end = begin + part.particles.count();
     const ParticleStyle style = part.look.style;
     if (decided(part.look.radius, part.particles, crystal).rule ==
@@ -96,13 +92,14 @@ void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spher
 
 AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                const Viewing& viewing, int threads) {
-  Particles all = read_particles(file, request_of(source, {}, threads));
+  const ParticleRequest request = request_of(source, {}, threads);
+  Particles all = read_particles(file, request);
   decide_for_beads(all, source);
-  Particles particles = selected(std::move(all), file, source, {}, threads);
+  Particles particles = selected(std::move(all), file, source, request);
   const bool crystal = source.cell.crystal.value_or(false);
   decide_style(particles, source);
   Subject subject = subject_of(particles, viewing.whole_cell || crystal || source.solid_cell);
-  SelectedParticles parts = parts_of(std::move(particles), file, source, {}, threads);
+  SelectedParticles parts = parts_of(std::move(particles), file, source, request);
   AutoScene out;
   source.file = file.name();
   out.file.labels.cell = out.file.cell_if_it_fits = crystal;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "common/base/error.h"
-
 namespace parray::input {
 namespace {
 

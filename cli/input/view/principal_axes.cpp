@@ -1,9 +1,8 @@
-#include "cli/input/view/principal_axes.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "cli/input/view/view.h"
 #include "common/scene/limits.h"
 
 namespace parray::input {

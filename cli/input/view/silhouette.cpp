@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "cli/input/scene_file/duplicates.h"
 #include "common/base/bands.h"
 
 namespace parray::input {
@@ -24,8 +25,6 @@ std::vector<Vec3d> even_directions() {
   }
   return directions;
 }
-
-bool same(const Sphere& a, const Sphere& b) { return a.center == b.center && a.radius == b.radius; }
 
 double reach_of(const Sphere& sphere, const Vec3d& direction) {
   return dot(direction, sphere.center) + sphere.radius;
@@ -72,7 +71,7 @@ std::vector<Sphere> Silhouette::spheres() const {
   for (const Farthest& farthest : farthest_) {
     const bool none = farthest.reach == -std::numeric_limits<double>::infinity();
     const bool known = std::ranges::any_of(
-        spheres, [&](const Sphere& sphere) { return same(sphere, farthest.sphere); });
+        spheres, [&](const Sphere& sphere) { return same_place(sphere, farthest.sphere); });
     if (!none && !known) spheres.push_back(farthest.sphere);
   }
   return spheres;

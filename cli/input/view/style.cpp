@@ -1,17 +1,8 @@
 #include "cli/input/view/style.h"
 
-#include "cli/input/scene_file/json_fields.h"
 #include "common/base/suggest.h"
 
 namespace parray::input {
-namespace {
-
-Sky even(double radiance) {
-  const Vec3d all{radiance, radiance, radiance};
-  return {all, all};
-}
-
-}  // namespace
 
 Style style_from(std::string_view name) {
   return static_cast<Style>(known_place("style", name, style_names));
@@ -35,18 +26,15 @@ Sky sky_of(Style style) {
   // Light blockers darken white surfaces; a brighter sky keeps them white. But where the picture
   // shows the sky, more than white would outshine details smaller than a pixel.
   const bool seen = style == Style::flat || style == Style::publication;
-  return even(seen ? 1 : 1.15);
+  const double radiance = seen ? 1 : 1.15;
+  const Vec3d all{radiance, radiance, radiance};
+  return {all, all};
 }
 
 Postprocessing postprocessing_of(Style style) {
-  const LineWidth automatic{LineWidth::Unit::automatic, 0};
-  switch (style) {
-    case Style::publication:
-    case Style::flat: return {automatic, 0};
-    case Style::night: return {{}, usual_depth_cue, {}};
-    case Style::studio: break;
-  }
-  return {};
+  if (style == Style::night) return {.depth_cue = usual_depth_cue};
+  if (style == Style::studio) return {};
+  return {.outline = {LineWidth::Unit::automatic, 0}};
 }
 
 }  // namespace parray::input

@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
-#include <span>
-#include <vector>
 
 #include "cli/input/color/number_bounds.h"
 #include "cli/input/scene_file/scene_sections.h"
@@ -19,8 +17,8 @@
 namespace parray::input {
 namespace {
 
-inline constexpr double auto_scene_vfov =
-    20;  ///< degrees; a long lens, so that near parts look no larger than far ones
+/// Degrees; a long lens, so that near parts look no larger than far ones.
+constexpr double auto_scene_vfov = 20;
 
 /// Extremes of the spheres along one axis of the picture, measured along lines through the eye.
 ///
@@ -28,13 +26,11 @@ inline constexpr double auto_scene_vfov =
 /// with the slope t if x + t z + r sqrt(1 + t^2) <= ex + t ez. The other side uses -x, -ex and a
 /// slope of its own. For t = 0 the lines are parallel: extents of an orthographic camera.
 struct Wedge {
-  /// One side of the wedge.
   struct Side {
     explicit Side(double tangent) : t(tangent), secant(square_root(1 + tangent * tangent)) {}
 
     void add(double x, double z, double radius) {
-      const double depth = t * z + radius * secant;
-      reach = std::max(reach, depth + x);
+      reach = std::max(reach, t * z + radius * secant + x);
     }
 
     double t;
@@ -69,15 +65,41 @@ struct Wedge {
   Side high;
 };
 
+/// Returns the slope of a line through the eye to a place of the picture, from 0 in the middle to 1
+/// at the edge of the picture's height.
+double slope_of(Projection projection, double place) {
+  return projection == Projection::orthographic ? 0 : place * tan_half_of(auto_scene_vfov);
+}
+
 /// The extremes of all spheres. They do not depend on the order of the spheres.
 struct Extent {
   /// Of a picture in which the spheres are in `area`. `aspect` is the width of the picture divided
   /// by its height.
-  Extent(Projection projection, double aspect, const PictureArea& area);
+  Extent(Projection projection, double aspect, const PictureArea& area)
+      : vertical(slope_of(projection, -area.bottom), slope_of(projection, area.top)),
+        horizontal(slope_of(projection, -area.left) * aspect,
+                   slope_of(projection, area.right) * aspect) {}
 
-  void add(const Sphere& sphere, const Viewpoint& view);
+  void add(const Sphere& sphere, const Viewpoint& view) {
+    const Vec3d p = sphere.center - view.frame.center;
+    const double z = dot(p, view.frame.back);
+    horizontal.add(dot(p, view.frame.right), z, sphere.radius);
+    vertical.add(dot(p, view.frame.up), z, sphere.radius);
+    reach = std::max(reach, length(p) + sphere.radius);
+    add_lowest(sphere, dot(p, view.off_ground) - sphere.radius);
+  }
   /// Adds the extremes of spheres that come after the spheres of this object.
-  void add(const Extent& later);
+  void add(const Extent& later) {
+    horizontal.add(later.horizontal);
+    vertical.add(later.vertical);
+    reach = std::max(reach, later.reach);
+    add_lowest(later.lowest, later.bottom);
+  }
+  void add_lowest(const Sphere& sphere, double low) {
+    if (!(low < bottom)) return;
+    bottom = low;
+    lowest = sphere;
+  }
 
   Wedge vertical;
   Wedge horizontal;
@@ -85,40 +107,6 @@ struct Extent {
   double bottom = std::numeric_limits<double>::infinity();
   Sphere lowest{};  ///< the sphere that reaches farthest towards the ground; the first of several
 };
-
-/// Returns the slope of a line through the eye to a place of the picture, from 0 in the middle to 1
-/// at the edge of the picture's height.
-double slope_of(Projection projection, double place) {
-  return projection == Projection::orthographic ? 0 : place * tan_half_of(auto_scene_vfov);
-}
-
-Extent::Extent(Projection projection, double aspect, const PictureArea& area)
-    : vertical(slope_of(projection, -area.bottom), slope_of(projection, area.top)),
-      horizontal(slope_of(projection, -area.left) * aspect,
-                 slope_of(projection, area.right) * aspect) {}
-
-void Extent::add(const Sphere& sphere, const Viewpoint& view) {
-  const Vec3d p = sphere.center - view.frame.center;
-  const double z = dot(p, view.frame.back);
-  horizontal.add(dot(p, view.frame.right), z, sphere.radius);
-  vertical.add(dot(p, view.frame.up), z, sphere.radius);
-  reach = std::max(reach, length(p) + sphere.radius);
-  const double low = dot(p, view.off_ground) - sphere.radius;
-  if (low < bottom) {
-    bottom = low;
-    lowest = sphere;
-  }
-}
-
-void Extent::add(const Extent& later) {
-  horizontal.add(later.horizontal);
-  vertical.add(later.vertical);
-  reach = std::max(reach, later.reach);
-  if (later.bottom < bottom) {
-    bottom = later.bottom;
-    lowest = later.lowest;
-  }
-}
 
 /// What the picture shows, and in which form.
 struct Shot {
@@ -149,7 +137,6 @@ Extent extent_of(const Shot& shot, const PictureArea& area, int threads) {
   return whole;
 }
 
-/// Returns the axis of a turntable for a viewpoint.
 TurnAxis axis_of(const Viewpoint& view) {
   const bool wall = view.off_ground == view.frame.back;
   return {view.frame.center, wall ? view.frame.up : view.off_ground};
@@ -162,7 +149,6 @@ Vec3d middle_of(std::span<const Sphere> spheres) {
   return 0.5 * bounds.low + 0.5 * bounds.high;
 }
 
-/// Returns the spheres at many angles of a turntable.
 std::vector<Sphere> all_around(const std::vector<Sphere>& spheres, const TurnAxis& axis) {
   constexpr int angles = 60;
   std::vector<Sphere> around;

@@ -8,7 +8,6 @@
 
 #include "cli/input/view/free_area.h"
 #include "cli/input/view/style.h"
-#include "cli/input/view/turntable.h"
 #include "cli/input/view/view.h"
 #include "common/scene/scene.h"
 

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/input/color/number_bounds.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -17,8 +16,8 @@
 namespace parray::input {
 namespace {
 
-constexpr double flatness =
-    0.1;  ///< largest ratio of the third extent to the second for a flat group
+/// Largest ratio of the third extent to the second for a flat group.
+constexpr double flatness = 0.1;
 /// Least sine of the angle between the direction of view and the ground plane. The angle is larger
 /// than half of the angle of view.
 constexpr double least_sine = 0.28;
@@ -26,7 +25,6 @@ constexpr double least_sine = 0.28;
 constexpr std::array<View, 6> views_of_axes{View::right, View::left, View::back,
                                             View::front, View::top,  View::bottom};
 
-/// Sine and cosine of an angle.
 struct Angle {
   double sine;
   double cosine;
@@ -72,38 +70,44 @@ Axes turned(const Axes& frame, const Turn& turn) {
   return view;
 }
 
-/// Returns the frame after a rotation about the unit vector `axis`. Source: Rodrigues' formula.
+/// Turns a vector about the unit vector `axis`. Source: Rodrigues' formula.
+Vec3d rotated(const Vec3d& v, const Vec3d& axis, const Angle& angle) {
+  return angle.cosine * v + angle.sine * cross(axis, v) +
+         ((1 - angle.cosine) * dot(axis, v)) * axis;
+}
 Axes rotated(const Axes& frame, const Vec3d& axis, const Angle& angle) {
-  const auto rotate = [&](const Vec3d& v) {
-    return angle.cosine * v + angle.sine * cross(axis, v) +
-           ((1 - angle.cosine) * dot(axis, v)) * axis;
-  };
-  return {rotate(frame.right), rotate(frame.up), rotate(frame.back), frame.center};
+  return {rotated(frame.right, axis, angle), rotated(frame.up, axis, angle),
+          rotated(frame.back, axis, angle), frame.center};
 }
 
-/// Extents of centres along three axes.
+/// Turns a vector about the axis of a turntable.
+Vec3d turned_direction(const Vec3d& v, const Vec3d& up, double degrees) {
+  const double angle = degrees / 180 * std::numbers::pi;
+  return rotated(v, up, {std::sin(angle), std::cos(angle)});
+}
+
 class Reach {
  public:
   Reach(std::span<const Sphere> spheres, const Axes& axes) : axes_{axes.right, axes.up, axes.back} {
     for (const Sphere& sphere : spheres) {
       for (std::size_t i = 0; i < 3; ++i) {
-        const double x = dot(sphere.center, axes_[i]);
-        low_[i] = std::min(low_[i], x);
-        high_[i] = std::max(high_[i], x);
+        extents_[i].add(dot(sphere.center, axes_[i]));
       }
     }
   }
 
   [[nodiscard]] Vec3d middle() const {
     Vec3d middle;
-    for (std::size_t i = 0; i < 3; ++i) middle = middle + ((low_[i] + high_[i]) / 2) * axes_[i];
+    for (std::size_t i = 0; i < 3; ++i) {
+      middle = middle + ((extents_[i].low + extents_[i].high) / 2) * axes_[i];
+    }
     return middle;
   }
   /// Returns the axis along which the centres are flat, if any. A group that is thin along two axes
   /// is a rod, which is not flat.
   [[nodiscard]] std::optional<std::size_t> flat_axis() const {
     std::array<std::size_t, 3> order{0, 1, 2};
-    const auto extent = [&](std::size_t i) { return high_[i] - low_[i]; };
+    const auto extent = [&](std::size_t i) { return extents_[i].high - extents_[i].low; };
     std::ranges::stable_sort(order, {}, extent);
     const bool rod = extent(order[1]) <= flatness * extent(order[2]);
     return !rod && extent(order[0]) <= flatness * extent(order[1]) ? std::optional(order[0])
@@ -112,21 +116,15 @@ class Reach {
 
  private:
   std::array<Vec3d, 3> axes_;
-  std::array<double, 3> low_ = filled(std::numeric_limits<double>::infinity());
-  std::array<double, 3> high_ = filled(-std::numeric_limits<double>::infinity());
-
-  static std::array<double, 3> filled(double x) { return {x, x, x}; }
+  std::array<NumberBounds, 3> extents_;
 };
 
-/// The coordinate axes: x right, y up, z back.
 constexpr Axes coordinates{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
 
 Axes around(Axes frame, const Vec3d& center) {
   frame.center = center;
   return frame;
 }
-
-Viewpoint face_on(const Axes& frame) { return {frame, frame.back}; }
 
 /// Returns the rotation that turns z to `up`, as the images of x, -y and z in `right`, `back` and
 /// `up`.
@@ -156,7 +154,7 @@ Viewpoint above_ground(const Axes& frame, const Vec3d& up) {
 
 /// Returns the view of a flat group, which looks at it unless the user turns it.
 Viewpoint face_on(const Axes& frame, const Turning& turning) {
-  if (turning.empty()) return face_on(frame);
+  if (turning.empty()) return {frame, frame.back};
   return above_ground(turned(frame, no_turn.replaced_by(turning)), frame.up);
 }
 
@@ -188,8 +186,7 @@ Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule, const T
 Axes turned_by(const Turning& turning, View view, const Axes& frame, const Vec3d& up) {
   const bool steep = view == View::top || view == View::bottom;
   const Vec3d axis = steep ? frame.up : up;
-  Turn rise = no_turn;
-  if (turning.elevation) rise.elevation = Angle::of_degrees(*turning.elevation);
+  const Turn rise = no_turn.replaced_by({.elevation = turning.elevation});
   const Axes aside = rotated(frame, axis, Angle::of_degrees(turning.azimuth.value_or(0)));
   const Axes risen = turned(aside, rise);
   constexpr double rounding = 1e-9;
@@ -262,5 +259,21 @@ Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule
   const bool turns = turning.azimuth || turning.elevation;
   return above_ground(turns ? turned_by(turning, view, frame, up) : frame, up);
 }
+
+Vec3d turned(const Vec3d& point, const TurnAxis& axis, double degrees) {
+  if (std::fmod(degrees, 360) == 0) return point;
+  return axis.point + turned_direction(point - axis.point, axis.up, degrees);
+}
+
+Camera turned(const Camera& camera, const TurnAxis& axis, double degrees) {
+  if (std::fmod(degrees, 360) == 0) return camera;
+  Camera out = camera;
+  out.look_from = turned(camera.look_from, axis, degrees);
+  out.look_at = turned(camera.look_at, axis, degrees);
+  out.up = turned_direction(camera.up, axis.up, degrees);
+  return out;
+}
+
+TurnAxis axis_of(const Camera& camera) { return {camera.look_at, normalize(camera.up)}; }
 
 }  // namespace parray::input

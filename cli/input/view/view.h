@@ -6,12 +6,34 @@
 #include <span>
 #include <string_view>
 
-#include "cli/input/view/principal_axes.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene.h"
 
-/// Directions of view of an automatic scene.
+/// Directions of view of an automatic scene, and turntables: the camera turns around the scene, as
+/// if the scene stood on one.
 namespace parray::input {
+
+/// A right-handed frame: right x up = back.
+struct Axes {
+  Vec3d right, up, back;  ///< orthogonal unit vectors
+  Vec3d center;
+};
+
+/// Returns the frame around the mean of the spheres' centres in which they spread most along
+/// `right` and least along `back`. `spheres` is not empty.
+///
+/// Computes the eigenvectors of the covariance matrix by cyclic Jacobi rotations (Golub and Van
+/// Loan, Matrix Computations, 8.5). It uses only + - * / sqrt, so all machines agree. Scaling all
+/// centres by a power of two scales `center` and changes nothing else. If spreads are nearly equal
+/// and `leaning` is true, the frame prefers the coordinate axes: x right, y up, z back. The largest
+/// component of `up` and of `back` is positive.
+Axes principal_axes(std::span<const Sphere> spheres, bool leaning = true);
+
+/// Returns a radius for centres without radii. It is half the spacing of a cubic lattice in a box,
+/// a sheet or a line with the same number of points and the same spread, at least
+/// limits::min_radius. Returns 1 if all centres are equal. Rotating the centres changes the radius
+/// only by rounding. Scaling the centres scales it. `spheres` is not empty.
+double lattice_radius(std::span<const Sphere> spheres);
 
 /// A direction of view is a side of the coordinate axes, with z up, as in OVITO. `front` looks
 /// along +y, with x to the right.
@@ -68,7 +90,7 @@ Vec3d up_from(std::string_view text);
 /// - Flat groups face the camera, along a coordinate axis. Flat molecules and oblique groups face
 ///   it along a principal axis. A group is flat if its smallest extent is at most a tenth of the
 ///   middle one. A rod is not flat: its middle extent is at most a tenth of the largest.
-/// - Other molecules: along their principal axes (principal_axes.h), slightly from above and from
+/// - Other molecules: along their principal axes (principal_axes()), slightly from above and from
 ///   the side.
 /// - All others: z up and x to the right, from above and from the side.
 ///
@@ -82,5 +104,22 @@ Vec3d up_from(std::string_view text);
 /// Throws InputError if the elevation would turn the camera over the top.
 Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule,
                        const Turning& turning = {});
+
+/// The axis of a turntable.
+struct TurnAxis {
+  Vec3d point;        ///< on the axis
+  Vec3d up{0, 0, 1};  ///< unit vector along the axis
+};
+
+/// Returns `point` after a turn about the axis by an angle in degrees. Seen from above, positive
+/// angles turn counter-clockwise. Multiples of 360 degrees change nothing. Source: Rodrigues'
+/// formula.
+Vec3d turned(const Vec3d& point, const TurnAxis& axis, double degrees);
+
+/// Returns the camera after the same turn of its place, its target and its upward direction.
+Camera turned(const Camera& camera, const TurnAxis& axis, double degrees);
+
+/// Returns the axis through the target of a camera along its upward direction.
+TurnAxis axis_of(const Camera& camera);
 
 }  // namespace parray::input

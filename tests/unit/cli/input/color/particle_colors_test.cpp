@@ -16,7 +16,7 @@
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/residues.h"
 #include "cli/input/particles/selected_particles.h"
-#include "cli/input/scene_file/scene_writer.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/input/select/selection.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"

@@ -6,11 +6,10 @@
 #include <sstream>
 #include <string>
 
-#include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/selected_particles.h"
-#include "cli/input/scene_file/scene_writer.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/auto_scene.h"
 #include "common/base/error.h"
 #include "common/scene/settings.h"
@@ -213,8 +212,8 @@ TEST_CASE("operations come in their order, before the selection") {
   source.cell.replicate = replicas_from("2x1x1");
   source.filter.select = "x > 10";
   PackedFile packed(file);
-  const Particles particles =
-      selected(read_particles(packed, request_of(source, {})), packed, source);
+  const Particles particles = selected(read_particles(packed, request_of(source, {})), packed,
+                                       source, request_of(source, {}));
   REQUIRE(particles.count() == 3);
   CHECK(length(particles.positions[0] - Vec3d{15, 5, 5}) < 1e-9);
   CHECK(length(particles.positions[1] - Vec3d{15.8, 5, 5}) < 1e-9);

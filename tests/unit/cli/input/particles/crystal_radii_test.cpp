@@ -1,4 +1,3 @@
-#include "cli/input/particles/crystal_radii.h"
 
 #include <doctest/doctest.h>
 

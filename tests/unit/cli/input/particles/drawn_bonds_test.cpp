@@ -1,5 +1,3 @@
-#include "cli/input/particles/drawn_bonds.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -9,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/periodic.h"
 #include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"

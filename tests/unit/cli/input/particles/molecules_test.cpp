@@ -1,5 +1,3 @@
-#include "cli/input/particles/molecules.h"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 
 #include "cli/input/particles/bonds.h"
 #include "cli/input/particles/cell.h"
+#include "cli/input/particles/cell_operations.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"

@@ -1,5 +1,3 @@
-#include "cli/input/particles/particle_shapes.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -7,7 +5,8 @@
 #include <string>
 
 #include "cli/input/particles/elements.h"
-#include "cli/input/scene_file/scene_writer.h"
+#include "cli/input/particles/selected_particles.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"

@@ -1,4 +1,3 @@
-#include "cli/input/particles/periodic.h"
 
 #include <doctest/doctest.h>
 

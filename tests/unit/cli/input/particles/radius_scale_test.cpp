@@ -1,11 +1,10 @@
-#include "cli/input/particles/radius_scale.h"
-
 #include <doctest/doctest.h>
 
 #include <limits>
 #include <string>
 
 #include "cli/input/particles/file_place.h"
+#include "cli/input/scene_file/particle_source.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"

@@ -1,4 +1,3 @@
-#include "cli/input/particles/representations.h"
 
 #include <doctest/doctest.h>
 
@@ -9,7 +8,6 @@
 
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_file.h"
-#include "cli/input/scene_file/scene_writer.h"
 #include "cli/input/select/particle_filter.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"

@@ -4,9 +4,8 @@
 
 #include <vector>
 
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/drawn_bonds.h"
-#include "cli/input/particles/periodic.h"
 #include "tests/support/rooms.h"
 
 namespace parray {

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "cli/input/scene_file/scene_file.h"
-#include "cli/input/scene_file/scene_writer.h"
 #include "cli/input/view/style.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"

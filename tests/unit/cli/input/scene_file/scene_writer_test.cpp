@@ -1,5 +1,3 @@
-#include "cli/input/scene_file/scene_writer.h"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"

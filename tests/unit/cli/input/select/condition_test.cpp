@@ -1,5 +1,3 @@
-#include "cli/input/select/condition.h"
-
 #include <doctest/doctest.h>
 
 #include "cli/input/select/selection.h"

@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,10 +23,10 @@ TEST_CASE("hidden particles do not change the index of the others") {
   water.positions.resize(8);
   apply({}, water);
   REQUIRE(water.count() == 6);
-  const std::optional<NumberSource> index = NumberSource::of("index", water);
+  const NumberSource index = number_source("index", water);
   REQUIRE(index);
   std::array<double, 6> numbers{};
-  index->values(0, numbers);
+  index(0, numbers);
   CHECK(numbers == std::array<double, 6>{0, 1, 2, 4, 5, 6});
 }
 

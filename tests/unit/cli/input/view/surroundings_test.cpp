@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/scene_file/scene_writer.h"
-#include "cli/input/view/principal_axes.h"
+#include "cli/input/scene_file/scene_file.h"
+#include "cli/input/view/view.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"

@@ -1,7 +1,6 @@
-#include "cli/input/view/turntable.h"
-
 #include <doctest/doctest.h>
 
+#include "cli/input/view/view.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
