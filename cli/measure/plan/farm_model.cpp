@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "cli/check/audit/replay.h"
+#include "cli/check/audit/audit.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
 

@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "cli/check/audit/audit.h"
-#include "cli/check/audit/replay.h"
-#include "cli/check/audit/time_spent.h"
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "coordinator/jobs/work_map.h"
