@@ -1,5 +1,5 @@
 // The checks of `parray doctor`: each passes on this machine, and each detects its fault.
-#include "cli/check/doctor/doctor_checks.h"
+#include "cli/check/doctor/check.h"
 
 #include <doctest/doctest.h>
 #include <sys/stat.h>
@@ -17,11 +17,9 @@
 #include <utility>
 
 #include "cli/check/doctor/extremes.h"
-#include "cli/check/doctor/floating_point.h"
 #include "cli/check/doctor/libraries.h"
 #include "cli/check/doctor/machine.h"
 #include "cli/check/doctor/messages.h"
-#include "cli/check/doctor/mpi_trial.h"
 #include "cli/check/doctor/sphere_errors.h"
 #include "cli/check/doctor/tracing.h"
 #include "cli/child_process/child_process.h"

@@ -158,6 +158,4 @@ CheckResult check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
                 "do not render on this machine: its processor or emulator violates IEEE 754");
 }
 
-CheckResult check_rounding() { return check_rounding(single_cases, double_cases); }
-
 }  // namespace parray::doctor

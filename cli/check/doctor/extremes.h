@@ -25,9 +25,8 @@ CheckResult check_self_hits(const TracerMaker& make);
 CheckResult check_scaling(const TracerMaker& make);
 
 /// Computes + - x / sqrt of hard cases in every OpenMP thread, in the floating-point mode of
-/// tracing (FloatMode). Without arguments: single_cases and double_cases.
-CheckResult check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
-                           std::span<const RoundingCase<std::uint64_t>> doubles);
-CheckResult check_rounding();
+/// tracing (FloatMode).
+CheckResult check_rounding(std::span<const RoundingCase<std::uint32_t>> singles = single_cases,
+                           std::span<const RoundingCase<std::uint64_t>> doubles = double_cases);
 
 }  // namespace parray::doctor
