@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 
-#include "cli/check/compare/difference_image.h"
 #include "cli/check/compare/flip.h"
 #include "cli/check/compare/metrics.h"
 #include "cli/commands/commands.h"
