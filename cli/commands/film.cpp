@@ -13,7 +13,6 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/drawing.h"
 #include "cli/commands/farm.h"
-#include "cli/commands/film_encoder.h"
 #include "cli/commands/film_folder.h"
 #include "cli/commands/film_frames.h"
 #include "cli/commands/label_options.h"

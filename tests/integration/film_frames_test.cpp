@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/commands/film_encoder.h"
+#include "cli/commands/film_folder.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
