@@ -55,6 +55,7 @@ std::vector<std::string> view_words() {
 void AutoSceneOptions::add_to(Command& command, ParticleOptions& particles) {
   std::vector<std::string> projections;
   append(projections, scene_words::projections);
+  command.section(particles_group);
   command
       .option(
           "--view", [this](const std::string& text) { view_ = named_view(text); },
@@ -62,8 +63,7 @@ void AutoSceneOptions::add_to(Command& command, ParticleOptions& particles) {
           "bottom y does (default: auto: molecules along their principal axes, flat groups face "
           "on, others obliquely from above)")
       .words(view_words())
-      .type_name("VIEW")
-      .group(particles_group);
+      .type_name("VIEW");
   add_style_to(command, particles);
   command
       .option(
@@ -72,9 +72,9 @@ void AutoSceneOptions::add_to(Command& command, ParticleOptions& particles) {
           "orthographic with --view, except with --view auto)")
       .words(projections)
       .type_name("NAME")
-      .group(particles_group)
       .special();
   add_camera_to(command);
+  command.section("");
 }
 
 void AutoSceneOptions::add_style_to(Command& command, ParticleOptions& particles) {
@@ -104,7 +104,6 @@ void AutoSceneOptions::add_style_to(Command& command, ParticleOptions& particles
           "flat,sticks")
       .words(words, true)
       .type_name("STYLE")
-      .group(particles_group)
       .in_order();
 }
 
@@ -116,7 +115,6 @@ void AutoSceneOptions::add_camera_to(Command& command) {
             name, [range, &target](const std::string& text) { target = real_number(text, range); },
             help)
         .type_name(type)
-        .group(particles_group)
         .special();
   };
   command
@@ -125,7 +123,6 @@ void AutoSceneOptions::add_camera_to(Command& command) {
           "Direction that points up in all views: x, y, z, -x, -y, -z, or three numbers such as "
           "0,1,1 (default: z)")
       .type_name("DIR")
-      .group(particles_group)
       .special();
   number("--azimuth", azimuth_range, turning_.azimuth, "DEG",
          "Turn the camera to the right around the upward direction, from the side of --view or, "
@@ -188,19 +185,6 @@ Viewing AutoSceneOptions::viewing() const {
   viewing.labels = labels_;
   viewing.whole_cell = whole_cell_ != nullptr && *whole_cell_;
   return viewing;
-}
-
-void ViewOptions::add_to(Command& command) {
-  command
-      .on_off("--transparent", transparent_,
-              "Make the background transparent. Alpha is the share of a pixel's camera rays that "
-              "hit something, glass included (default: as the scene says, else off)")
-      .group(output_group);
-  command.renamed("--opaque", "--transparent off");
-}
-
-bool ViewOptions::transparent(bool of_scene) const {
-  return transparent_.value_or(followed_.value_or(of_scene));
 }
 
 }  // namespace parray::commands

@@ -68,21 +68,4 @@ class AutoSceneOptions {
   const bool* whole_cell_ = nullptr;
 };
 
-/// The option --transparent, which applies to any scene. Part of RenderOptions.
-class ViewOptions {
- public:
-  void add_to(Command& command);
-
-  /// Makes transparent() return the value of a recipe if the command line does not give the option.
-  void follow(bool transparent) { followed_ = transparent; }
-
-  /// Returns whether the background is transparent: the value of the command line, else that of
-  /// follow(), else `of_scene`, the scene's value.
-  [[nodiscard]] bool transparent(bool of_scene) const;
-
- private:
-  std::optional<bool> transparent_;
-  std::optional<bool> followed_;
-};
-
 }  // namespace parray::commands

@@ -101,8 +101,7 @@ bool choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
 
 Viewing viewing_of(const RenderOptions& options) {
   Viewing viewing = options.auto_scene().viewing();
-  viewing.transparent =
-      options.view().transparent(false) || options.auto_scene().background().has_value();
+  viewing.transparent = options.transparent(false) || options.auto_scene().background().has_value();
   return viewing;
 }
 
@@ -113,7 +112,7 @@ SceneOfFrames automatic_scene_of_frames(const std::string& file, const RenderOpt
   AutoScene made = automatic_scene(opened, source, options, viewing, named);
   const TurnAxis axis = made.axis;
   SceneFile scene = with_reference(std::move(made), fs::path(file).filename().string());
-  scene.transparent = options.view().transparent(scene.transparent) || scene.background;
+  scene.transparent = options.transparent(scene.transparent) || scene.background;
   // complete_scene() sets these anew.
   scene.particle_files.clear();
   scene.legends.clear();
@@ -128,7 +127,7 @@ SceneFile scene_without_particles(PackedFile& file, const RenderOptions& options
   SceneFile scene = read_scene_file(file, usable_cpus());
   if (named == NamedFiles::beside) check_beside(scene, file.name());
   scene.settings = options.over(scene.settings);
-  scene.transparent = options.view().transparent(scene.transparent);
+  scene.transparent = options.transparent(scene.transparent);
   return scene;
 }
 
@@ -140,7 +139,7 @@ void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories*
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                      NamedFiles named) {
   SceneFile scene = read_any(file, options, change, named);
-  scene.transparent = options.view().transparent(scene.transparent) || scene.background;
+  scene.transparent = options.transparent(scene.transparent) || scene.background;
   if (change.camera) scene.scene.camera = *change.camera;
   print_notes(scene.particle_files);
   warn_of_duplicates(scene.duplicates, file.name());

@@ -123,6 +123,26 @@ Option add_file(Command& command, const std::string& names, std::string& target,
   return command.option(names, target, description).completes(Completes::files).forbid_empty();
 }
 
+Option add_camera_path(Command& command, std::string& file) {
+  return add_file(
+             command, "--camera-path", file,
+             "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. Each camera "
+             "has the keys of a scene's camera. A smooth curve joins them. All frames must lie "
+             "between the first and the last camera")
+      .type_name("FILE.json");
+}
+
+Option add_priority(Command& command, std::uint32_t& priority) {
+  return add_whole_number(
+      command, "--priority", 0, 100, priority,
+      "Among your jobs, those with a higher priority are rendered first (default: 50)");
+}
+
+Option add_threads(Command& command, std::optional<std::uint32_t>& threads) {
+  return add_whole_number(command, "--threads", 1, most_threads, threads,
+                          "Number of threads that trace (default: all available processors)");
+}
+
 void add_scene(Command& command, std::string& scene, const char* name) {
   add_file(command, name, scene,
            "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
@@ -174,7 +194,12 @@ void RenderOptions::add_looks_to(Command& command) {
   particles_.add_to(command);
   auto_scene_.add_to(command, particles_);
   auto_scene_.add_background_to(command);
-  view_.add_to(command);
+  command
+      .on_off("--transparent", transparent_,
+              "Make the background transparent. Alpha is the share of a pixel's camera rays that "
+              "hit something, glass included (default: as the scene says, else off)")
+      .group(output_group);
+  command.renamed("--opaque", "--transparent off");
 }
 
 void RenderOptions::add_quality_to(Command& command) {
@@ -233,7 +258,7 @@ void RenderOptions::check_like() const {
 
 void RenderOptions::follow(const RenderSettings& settings, bool transparent) {
   followed_ = settings;
-  view_.follow(transparent);
+  followed_transparent_ = transparent;
 }
 
 std::optional<Sampler> RenderOptions::sampler() const {

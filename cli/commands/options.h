@@ -54,6 +54,15 @@ inline constexpr std::uint32_t most_threads = 4096;
 Option add_file(Command& command, const std::string& names, std::string& target,
                 const std::string& description);
 
+/// Declares --camera-path, whose value is the name of a file.
+Option add_camera_path(Command& command, std::string& file);
+
+/// Declares --priority, the priority of a job.
+Option add_priority(Command& command, std::uint32_t& priority);
+
+/// Declares --threads, the number of threads that trace.
+Option add_threads(Command& command, std::optional<std::uint32_t>& threads);
+
 /// Declares the argument for the scene: a scene file or a file of particles.
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 
@@ -130,13 +139,17 @@ class RenderOptions {
   /// Throws UsageError if --like is given with another option under settings_group or limits_group.
   /// Call while the command line exists.
   void check_like() const;
-  /// Makes over() and view() take everything that determines the picture from these values instead
-  /// of from the scene.
+  /// Makes over() and transparent() take everything that determines the picture from these values
+  /// instead of from the scene.
   void follow(const RenderSettings& settings, bool transparent);
   [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
-  [[nodiscard]] const ViewOptions& view() const { return view_; }
   [[nodiscard]] const AutoSceneOptions& auto_scene() const { return auto_scene_; }
   [[nodiscard]] AutoSceneOptions& auto_scene() { return auto_scene_; }
+  /// Returns whether the background is transparent: the value of --transparent, else that of
+  /// follow(), else `of_scene`, the scene's value.
+  [[nodiscard]] bool transparent(bool of_scene) const {
+    return transparent_.value_or(followed_ ? followed_transparent_ : of_scene);
+  }
   /// Returns the sampler of --sampler. Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const;
 
@@ -156,10 +169,11 @@ class RenderOptions {
   void add_looks_to(Command& command);
   [[nodiscard]] bool says_when_to_stop() const;
 
-  ViewOptions view_;
   std::string like_;
   std::optional<Command> command_;  ///< the command that has --like
+  std::optional<bool> transparent_;
   std::optional<Boxed<RenderSettings>> followed_;
+  bool followed_transparent_ = false;
   std::optional<std::uint32_t> print_width_;
   Boxed<RenderSettings> given_;
   std::set<std::string_view> keys_;  ///< keys of the given settings

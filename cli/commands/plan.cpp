@@ -341,9 +341,7 @@ void add_plan(CommandLine& line, Action& chosen) {
       .group(output_group);
   add_json(command, options->as_json);
   options->render.add_without_samples_to(command);
-  add_whole_number(command, "--threads", 1, most_threads, options->threads,
-                   "Number of threads that trace (default: all available processors)")
-      .group(work_group);
+  add_threads(command, options->threads).group(work_group);
   constexpr std::uint32_t most_workers = 10000;
   add_whole_number(
       command, "--workers", 1, most_workers, options->workers,

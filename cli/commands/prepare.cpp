@@ -225,10 +225,10 @@ void check_request(const RenderRequest& request) {
   check(!traced.empty(), Feature::traced_channels, "--aov " + text_of(traced));
   check(!outputs.error_map.empty(), Feature::error_map, "--error-map");
   check(outputs.denoise, Feature::denoising, "--denoise");
-  check(request.render.view().transparent(false), Feature::transparency, "--transparent");
+  check(request.render.transparent(false), Feature::transparency, "--transparent");
   if (request.render.auto_scene().background()) {
     check(true, Feature::background, "--background");
-    if (request.render.view().transparent(false)) {
+    if (request.render.transparent(false)) {
       throw InputError(
           "--background and --transparent exclude each other: a transparent picture has no "
           "background");

@@ -283,9 +283,7 @@ void add_render(CommandLine& line, Action& chosen) {
   options->render.add_to(command);
   options->render.add_quality_to(command);
   options->render.add_like_to(command);
-  add_whole_number(command, "--threads", 1, most_threads, options->threads,
-                   "Number of threads that trace (default: all available processors)")
-      .group(work_group);
+  add_threads(command, options->threads).group(work_group);
   command
       .option(
           "--views",

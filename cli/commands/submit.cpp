@@ -103,7 +103,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   options->output.add_denoise_to(command, true);
   options->output.add_labels_to(command, options->render);
   std::array<Option, 3> following = add_following(command, options->following);
-  constexpr const char* frames_group = "Series of frames";
+  command.section("Series of frames");
   const Option frames =
       command
           .option(
@@ -116,33 +116,22 @@ void add_submit(CommandLine& line, Action& chosen) {
               "and are frames of --camera-path. With neither, they are frames of the trajectory "
               "that the scene names (the first is 0). The same command again submits the frames "
               "that are still missing. With --wait, -o name-####.exr writes the pictures")
-          .type_name("FIRST-LAST[:STEP]")
-          .group(frames_group);
-  add_file(command, "--camera-path", options->camera_path,
-           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. Each camera has "
-           "the keys of a scene's camera. A smooth curve joins them. All frames must lie between "
-           "the first and the last camera")
-      .type_name("FILE.json")
-      .group(frames_group)
-      .needs(frames);
-  Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
-  wait.group(farm_group);
+          .type_name("FIRST-LAST[:STEP]");
+  add_camera_path(command, options->camera_path).needs(frames);
+  command.section(farm_group);
+  const Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
   options->output.image_option().needs(wait);
   options->output.report_option().needs(wait);
   for (Option& option : following) option.needs(wait);
   command.option("--name", options->name, "Name of the job (default: the file name of the scene)")
       .type_name("TEXT")
-      .group(farm_group)
       .forbid_empty();
-  add_whole_number(command, "--priority", 0, 100, options->priority,
-                   "Among your jobs, those with a higher priority are rendered first (default: 50)")
-      .group(farm_group);
+  add_priority(command, options->priority);
   add_whole_number(
       command, "--max-failures", 1, 1000, options->max_failures,
       "The job fails if N machines that trace other parts of it have failed at the same part. It "
       "also fails if all machines have failed there, and they are at least N, or each has at least "
-      "two failures for each of its workers (default: the coordinator's)")
-      .group(farm_group);
+      "two failures for each of its workers (default: the coordinator's)");
   options->farm.add_to(command);
   command.example("parray submit scenes/glass.json", "prints the number of the job and returns");
   command.example(

@@ -166,7 +166,7 @@ int workers(const WorkersCommand& command) {
                           rows);
   if (rows.empty() && command.action.empty()) {
     std::cerr << "parray: no workers are connected: start parray-worker --coordinator " +
-                     command.farm.address() + "\n";
+                     command.farm.address + "\n";
   }
   return 0;
 }

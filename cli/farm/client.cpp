@@ -90,12 +90,12 @@ JobStatus job_status(const nlohmann::json& map) {
     job.whole = map.value("whole", false);
     job.waits_for = map.value("waits_for", std::string());
     job.warning = map.value("warning", std::string());
-    if (const auto place = map.find("queue_place"); place != map.end() && !place->is_null()) {
-      place->get_to(job.queue_place);
-    }
-    if (const auto seconds = map.find("starts_in"); seconds != map.end() && !seconds->is_null()) {
-      seconds->get_to(job.starts_in);
-    }
+    const auto get_if_known = [&map](const char* key, auto& target) {
+      const nlohmann::json found = map.value(key, nlohmann::json());
+      if (!found.is_null()) found.get_to(target);
+    };
+    get_if_known("queue_place", job.queue_place);
+    get_if_known("starts_in", job.starts_in);
     job.flag = map.value("flag", std::string());
     map.at("sampler").get_to(job.sampler);
     job.frames = map.value("frames", std::uint64_t{0});
@@ -248,13 +248,18 @@ nlohmann::json Client::steer_workers(msg::WorkerAction action, const std::string
   return ask<msg::Workers>(msg::SteerWorkers{0, action, host, name}).workers;
 }
 
-static Picture picture_of(msg::ImageData answer) {
+/// Returns the result of `decode`. Throws RunError if that throws DecodeError.
+static auto decoded(const auto& decode) {
   try {
-    const auto parts = answer.picture.picture(answer.width, answer.height);
-    return {parts->image, parts->statistics, std::move(answer.report)};
+    return decode();
   } catch (const DecodeError& error) {
     throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
   }
+}
+
+static Picture picture_of(msg::ImageData answer) {
+  const auto parts = decoded([&] { return answer.picture.picture(answer.width, answer.height); });
+  return {parts->image, parts->statistics, std::move(answer.report)};
 }
 
 Picture Client::fetch_partial(JobId job) {
@@ -280,21 +285,13 @@ Picture Client::fetch(JobId job, PictureDetail detail) {
 
 Client::JobScene Client::scene(JobId job) {
   const auto answer = ask<msg::SceneData>(msg::FetchScene{0, job});
-  try {
-    return {answer.settings, answer.scene.scene(), answer.drawing};
-  } catch (const DecodeError& error) {
-    throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
-  }
+  return {answer.settings, decoded([&] { return answer.scene.scene(); }), answer.drawing};
 }
 
 Client::JobJournal Client::journal(JobId job) {
   auto answer = ask<msg::JournalData>(msg::FetchJournal{0, job});
-  try {
-    return {std::move(answer.job), std::move(answer.report),
-            std::string(answer.journal.verified())};
-  } catch (const DecodeError& error) {
-    throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
-  }
+  return {std::move(answer.job), std::move(answer.report),
+          decoded([&] { return std::string(answer.journal.verified()); })};
 }
 
 void Client::rest(Time duration) {
