@@ -29,7 +29,4 @@ void add_plan(CommandLine& line, Action& chosen);
 void add_tradeoff(CommandLine& line, Action& chosen);
 void add_doctor(CommandLine& line, Action& chosen);
 
-/// Adds all commands, in the order of the help.
-void add_commands(CommandLine& line, Action& chosen);
-
 }  // namespace parray::commands
