@@ -8,10 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "cli/commands/auto_scene_options.h"
-#include "cli/commands/label_options.h"
+#include "cli/commands/finishing_options.h"
 #include "cli/commands/particle_options.h"
-#include "cli/commands/postprocess_options.h"
 #include "cli/output/preview.h"
 #include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"

@@ -7,9 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "cli/commands/finishing_options.h"
 #include "cli/commands/frame_scenes.h"
-#include "cli/commands/label_options.h"
-#include "cli/commands/postprocess_options.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/time_reserve.h"
 #include "cli/input/particles/packed_file.h"

@@ -6,8 +6,8 @@
 
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
+#include "cli/commands/finishing_options.h"
 #include "cli/commands/options.h"
-#include "cli/commands/postprocess_options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
