@@ -14,7 +14,7 @@
 #include "cli/commands/drawing.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/film_folder.h"
-#include "cli/commands/film_frames.h"
+#include "cli/commands/frame_scenes.h"
 #include "cli/commands/finishing_options.h"
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"

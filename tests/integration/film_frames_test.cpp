@@ -1,4 +1,4 @@
-#include "cli/commands/film_frames.h"
+#include "cli/commands/frame_scenes.h"
 
 #include <doctest/doctest.h>
 
