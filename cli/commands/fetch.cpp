@@ -23,7 +23,6 @@ struct FetchCommand {
   FarmOptions farm;
 };
 
-/// Writes the picture of a job that is not done, as it is now.
 int write_partial(const Picture& picture, const OutputPaths& outputs) {
   if (!outputs.report.empty() || !outputs.error_map.empty() || !outputs.aovs.empty()) {
     throw InputError(

@@ -14,8 +14,8 @@
 #include "cli/commands/drawing.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/film_folder.h"
-#include "cli/commands/frame_scenes.h"
 #include "cli/commands/finishing_options.h"
+#include "cli/commands/frame_scenes.h"
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/printing.h"
@@ -104,7 +104,6 @@ FilmFrames::OnRead shown_reading(const ProgressOptions& following) {
   };
 }
 
-/// A film, and the render of its frames, here or on a farm.
 class Film {
  public:
   Film(const FilmCommand& command, Time started)
@@ -133,7 +132,6 @@ class Film {
     return command_.on_farm ? render_on_farm() : render_here();
   }
 
-  /// Returns whether all frames are there.
   [[nodiscard]] bool is_complete() const {
     return std::ranges::all_of(frames_.numbers(), [this](std::uint32_t frame) {
       return folder_.has(frames_.place_of(frame));
@@ -220,7 +218,6 @@ class Film {
     return submission;
   }
 
-  /// Throws InputError if a frame has another size than the first one that was loaded.
   void check_size(const RenderSettings& settings) {
     const std::pair size(settings.width, settings.height);
     if (!size_) size_ = size;

@@ -43,7 +43,6 @@ std::string last_line(const fs::path& file) {
   return printable(last, 500);
 }
 
-/// Adds the contents of a file.
 void add_file(const std::string& file, Sha256& hash) {
   std::ifstream input(file, std::ios::binary);
   if (!input) throw InputError(printable(file, 4096) + ": cannot be read: check the path");

@@ -130,7 +130,6 @@ double depth_of_farthest(const Scene& scene, std::uint32_t scenery) {
   return farthest;
 }
 
-/// The data that both steps need.
 struct Seen {
   std::shared_ptr<const Scene> scene;
   std::uint32_t scenery;

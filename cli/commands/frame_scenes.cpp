@@ -102,7 +102,6 @@ std::string range_up_to(std::uint64_t last, const FrameRange& range) {
          step;
 }
 
-/// Throws InputError unless the options of the course fit together.
 void check(const FilmCourse& course) {
   if (course.turntable != 0 && !course.camera_path.empty()) {
     throw InputError(

@@ -23,7 +23,6 @@ struct JournalCommand {
   bool as_json = false;
 };
 
-/// Returns what a person can do about a job without a journal.
 std::string remedy_without_journal(const std::string& state, const std::string& job) {
   if (state == "done") return "the coordinator no longer keeps it: submit the scene again";
   if (state == "paused") return "it begins with the next result: parray resume " + job;

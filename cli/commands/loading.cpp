@@ -1,6 +1,5 @@
 #include "cli/commands/loading.h"
 
-#include <filesystem>
 #include <utility>
 
 #include "cli/commands/printing.h"
@@ -17,7 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Throws InputError if the options of a file of particles name a file in another folder.
 void check_topology_beside(const ParticleSource& given) {
   if (fs::path(given.topology).filename() == given.topology) return;
   throw InputError(
@@ -37,7 +35,6 @@ void tidy(SceneFile& scene, int threads) {
   if (!scene.scene.capsules.empty()) order_materials(scene.scene);
 }
 
-/// Makes an automatic scene of a file of particles.
 AutoScene automatic_scene(PackedFile& file, const ParticleSource& source,
                           const RenderOptions& options, const Viewing& viewing, NamedFiles named) {
   if (named == NamedFiles::beside) check_topology_beside(source);

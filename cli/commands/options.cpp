@@ -27,7 +27,6 @@ std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint
   return *value;
 }
 
-/// Parses whole numbers separated by commas. Throws InputError.
 std::vector<std::uint64_t> whole_numbers(const std::string& text) {
   std::vector<std::uint64_t> numbers;
   for (const std::string_view part : split_at(',', text)) {

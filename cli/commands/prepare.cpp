@@ -100,7 +100,6 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
   return file;
 }
 
-/// Returns the outputs that the request and its scene ask for.
 OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loaded) {
   const Submission& submission = loaded.submission;
   OutputPaths outputs = request.output.paths(request.following);

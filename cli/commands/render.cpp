@@ -63,7 +63,6 @@ void check_size(const SheetLayout& layout, const RenderSettings& settings,
                    " pixels, too many: use a smaller --width and --height");
 }
 
-/// Returns the seconds for joining the pictures of a sheet.
 double joining_seconds(const PictureSize& sheet) {
   constexpr double a_pixel = 20e-9;
   return a_pixel * static_cast<double>(sheet.width * sheet.height);
@@ -144,7 +143,6 @@ class Views {
   json reports_ = json::array();
 };
 
-/// Writes the sheet and the report, and prints the result. Returns the exit status.
 int write_sheet(const Views& views, const OutputPaths& outputs) {
   const Image sheet = views.sheet();
   ImageMetadata metadata{{"Software", "ParRay " PARRAY_VERSION}};

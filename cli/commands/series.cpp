@@ -60,7 +60,6 @@ int report_failures(const Failures& failures) {
   return failures.empty() ? 0 : 1;
 }
 
-/// Submits frames, and follows them until they end.
 class FrameRun {
  public:
   FrameRun(Client& client, const FrameJobs& jobs)
@@ -107,7 +106,6 @@ class FrameRun {
     }
   }
 
-  /// Finds the frames that an earlier run submitted.
   void find_earlier_frames() {
     for (const json& map : client_.jobs()) {
       if (map.value("frames", 0) == 0 || map.value("series", "") != jobs_.token) continue;
@@ -170,7 +168,6 @@ class FrameRun {
     }
   }
 
-  /// Handles the coordinator's answer to a submission.
   void handle(Client::Outcome outcome) {
     const std::uint32_t frame = outcome.submission.frame;
     try {
@@ -257,7 +254,6 @@ class FrameRun {
                     done ? "" : failures_.begin()->second, jobs_.image);
   }
 
-  /// Throws RunError if the series was cancelled before all frames were submitted.
   void check_not_cancelled() const {
     if (cancelled_) {
       const std::string number = std::to_string(series_);
@@ -297,7 +293,6 @@ class FrameRun {
   Time begin_ = clock_.now();
   Time next_update_{};
   JobId series_ = 0;
-  /// Number of frames that the series will have.
   std::uint32_t planned_ = static_cast<std::uint32_t>(jobs_.frames.size() - jobs_.there.size());
   std::set<std::uint32_t> known_;                ///< submitted by an earlier run
   std::map<std::uint32_t, JobId> pending_;       ///< submitted, and not known to have ended

@@ -188,7 +188,6 @@ std::string note_line(const json& note) {
   return note_text({note["key"], note["count"], note["text"]});
 }
 
-/// Returns the report of a file of particles as pairs of name and value.
 Lines particle_lines(const json& report) {
   Lines lines{{"particles",
                std::to_string(report["particles"].get<std::uint64_t>()) + composition_of(report)}};
@@ -204,7 +203,6 @@ Lines particle_lines(const json& report) {
   return lines;
 }
 
-/// Returns the report in one line.
 std::string particle_line(const json& report) {
   return printable(report["file"].get<std::string>(), 500) + ": " + particle_format(report) + ", " +
          counted(report["particles"], "particle") + composition_of(report);
@@ -255,7 +253,6 @@ json particle_files_of(PackedFile& opened, const SceneFile& file) {
   return list;
 }
 
-/// Returns the output of the command as JSON.
 json facts_of(const ValidateCommand& command) {
   PackedFile opened = PackedFile::of_argument(command.scene);
   const SceneFile file = load_scene(opened, command.render);

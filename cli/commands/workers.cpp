@@ -19,7 +19,6 @@ struct WorkersCommand {
   bool as_json = false;
 };
 
-/// Checks that an action has a name.
 void check(const WorkersCommand& command) {
   const bool reads = command.action == "show" || command.action == "log";
   if (!command.action.empty() && command.name.empty()) {

@@ -9,7 +9,6 @@
 namespace parray::compare {
 namespace {
 
-/// Sums over all compared values.
 struct Sums {
   double square = 0;
   double relative_square = 0;

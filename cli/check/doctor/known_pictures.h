@@ -5,7 +5,6 @@
 
 #include "cli/input/scene_file/scene_file.h"
 #include "common/image/pixel_sums.h"
-#include "common/trace/tracer.h"
 
 /// Scenes whose samples are known exactly. `parray doctor --extremes` and tests/extremes trace
 /// them.

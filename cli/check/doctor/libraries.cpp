@@ -44,7 +44,6 @@ Image extreme_image() {
   return image;
 }
 
-/// Returns a picture with all 8-bit values.
 Image byte_image() {
   Image image{16, 16, {}};
   for (int i = 0; i < 256 * 3; ++i) {

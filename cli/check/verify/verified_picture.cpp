@@ -131,7 +131,6 @@ std::string damage_of(const VerifiedPicture& picture) {
 
 namespace {
 
-/// Returns whether the traced pixel has the colour and alpha of the file.
 bool same_transparent(const VerifiedPicture& picture, const RetracedPixel& pixel) {
   const std::array<float, 3> stored = picture.stored(pixel);
   const float alpha = picture.alpha[std::size_t{pixel.y} * picture.file.image.width + pixel.x];
