@@ -78,11 +78,6 @@ void retrace_all(const PathTracer& tracer, const RadianceScale& scale,
 
 // ---- Extra channels --------------------------------------------------------------------------
 
-const Channel* channel_of(const VerifiedPicture& picture, std::string_view name) {
-  const auto found = std::ranges::find(picture.file.channels, name, &Channel::name);
-  return found == picture.file.channels.end() ? nullptr : &*found;
-}
-
 Aovs traced_aovs(const VerifiedPicture& picture) {
   constexpr std::array<std::pair<Aov, std::string_view>, 9> names = {{{Aov::depth, "Z"},
                                                                       {Aov::normal, "N.X"},
