@@ -2,16 +2,52 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "cli/check/doctor/check.h"
 #include "cli/check/doctor/rounding_cases.h"
 #include "cli/check/doctor/tracing.h"
+#include "common/image/pixel_sums.h"
 
 /// Numerical extremes for `parray doctor --extremes`: scenes and operands for which the result is
 /// known exactly. A check fails if any result differs. `make` makes the tracers to check: those of
 /// one instruction set. Each check that traces does so in every precision, with linear search and
-/// with the BVH. tests/extremes has more cases of the same scenes (known_pictures.h).
+/// with the BVH. tests/extremes has more cases of the same scenes.
 namespace parray::doctor {
+
+// ---- Scenes whose samples are known exactly, also for tests/extremes -------------------------
+
+/// Returns settings of a picture with `samples` per pixel (more than 2^24 count as 2^24) and the
+/// max_depth `depth`.
+RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint64_t samples,
+                     std::uint32_t depth);
+
+/// Returns an empty scene under a sky of radiance 1, with a pinhole camera.
+Scene under_white_sky();
+
+/// Returns a white and a mirror ball that touch, and a glass ball with a bubble. Every sample is 1
+/// if no path reaches max_depth: set max_depth to about 2^16.
+Scene white_balls();
+
+/// Returns a white ball of `radius` around the camera, which is `off_centre` radii from its centre:
+/// 0 to below 1.
+/// Every sample is 0, and every path has max_depth segments.
+Scene closed_ball(double radius, double off_centre);
+
+/// Returns a grey ball of `radius` that fills a square picture. Every sample is 1/2, and every path
+/// has two segments: no path meets the surface that it leaves.
+Scene grey_ball(double radius);
+
+/// Multiplies all lengths of `scene` by 2^k. `scene` must not have capsules. The picture keeps its
+/// bits unless numbers overflow or become denormal.
+Scene scaled(Scene scene, int k);
+
+/// Returns the number of pixels that are not exactly the sum of `samples` samples, each with the
+/// radiance `fixed` in every channel. `fixed` is in fixed point, 2^32 for the radiance 1.
+std::size_t pixels_other_than(const std::vector<PixelSums>& pixels, std::uint64_t fixed,
+                              std::uint64_t samples);
+
+// ---- Checks ----------------------------------------------------------------------------------
 
 /// Traces white_balls() and closed_ball(). Every sample of white_balls() must be exactly 1. Every
 /// sample of closed_ball() must be exactly 0, and every path must have max_depth segments.
