@@ -76,15 +76,6 @@ class SettingDeclarer {
 std::uint64_t value_of(IntegerRange range, const std::string& text) {
   return whole_number(text, range.least, range.most);
 }
-void describe_values(IntegerRange /*rule*/, Option& option) { option.type_name("N"); }
-void describe_values(Passes /*rule*/, Option& option) { option.type_name("N,N..."); }
-void describe_values(OnOff /*rule*/, Option& option) { option.words({"on", "off"}); }
-void describe_values(const Words& words, Option& option) {
-  option.words({words.names.begin(), words.names.end()});
-}
-void describe_values(FileName /*rule*/, Option& option) {
-  option.forbid_empty().completes(Completes::files);
-}
 void describe_values(HiddenClasses /*rule*/, Option& option) {
   std::vector<std::string> classes(selection_classes().begin(), selection_classes().end());
   classes.emplace_back("none");
