@@ -18,23 +18,6 @@
 namespace parray::commands {
 namespace {
 
-std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint64_t most) {
-  const std::optional<std::uint64_t> value = parsed_between(text, least, most);
-  if (!value) {
-    throw InputError("'" + printable(text) + "' is not a whole number from " +
-                     std::to_string(least) + " to " + std::to_string(most));
-  }
-  return *value;
-}
-
-std::vector<std::uint64_t> whole_numbers(const std::string& text) {
-  std::vector<std::uint64_t> numbers;
-  for (const std::string_view part : split_at(',', text)) {
-    numbers.push_back(whole_number(part, 1, std::numeric_limits<std::int64_t>::max()));
-  }
-  return numbers;
-}
-
 /// Replaces the two characters \n by a new line, which is awkward to type in a shell.
 std::string with_new_lines(const std::string& text) {
   std::string lines;
@@ -73,9 +56,6 @@ class SettingDeclarer {
 
 }  // namespace
 
-std::uint64_t value_of(IntegerRange range, const std::string& text) {
-  return whole_number(text, range.least, range.most);
-}
 void describe_values(HiddenClasses /*rule*/, Option& option) {
   std::vector<std::string> classes(selection_classes().begin(), selection_classes().end());
   classes.emplace_back("none");
@@ -87,7 +67,11 @@ bool value_of(OnOff /*rule*/, const std::string& text) {
   throw InputError("'" + printable(text) + "' is neither on nor off");
 }
 std::vector<std::uint64_t> value_of(Passes /*rule*/, const std::string& text) {
-  return whole_numbers(text);
+  std::vector<std::uint64_t> numbers;
+  for (const std::string_view part : split_at(',', text)) {
+    numbers.push_back(whole_number(part, 1, std::numeric_limits<std::int64_t>::max()));
+  }
+  return numbers;
 }
 std::string value_of(LabelText rule, const std::string& text) {
   const std::string problem = problem_with_label_text(text, rule.longest);
@@ -95,17 +79,13 @@ std::string value_of(LabelText rule, const std::string& text) {
   return with_new_lines(text);
 }
 
-Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
-                        std::uint64_t most, std::function<void(std::uint64_t)> set,
-                        const std::string& description) {
-  return command
-      .option(
-          names,
-          [least, most, set = std::move(set)](const std::string& text) {
-            set(whole_number(text, least, most));
-          },
-          description)
-      .type_name("N");
+std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint64_t most) {
+  const std::optional<std::uint64_t> value = parsed_between(text, least, most);
+  if (!value) {
+    throw InputError("'" + printable(text) + "' is not a whole number from " +
+                     std::to_string(least) + " to " + std::to_string(most));
+  }
+  return *value;
 }
 
 Option add_file(Command& command, const std::string& names, std::string& target,

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -22,26 +21,24 @@
 /// line is parsed.
 namespace parray::commands {
 
-/// Declares an option whose value is a whole number from `least` to `most`, in plain decimal
-/// digits. (CLI11 itself reads -1 as 18446744073709551615 and 010 as 8.) If the option is repeated,
-/// the last value counts.
-Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
-                        std::uint64_t most, std::function<void(std::uint64_t)> set,
-                        const std::string& description);
+/// Parses a whole number from `least` to `most` in plain decimal digits. Throws InputError for
+/// other texts. (CLI11 itself reads -1 as 18446744073709551615 and 010 as 8.)
+std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint64_t most);
 
-/// Does the same for a number that is stored in `target`: an integer, or an optional one.
+/// Declares an option whose value is a whole_number(). If the option is repeated, the last value
+/// counts. `target`: an integer, or an optional one.
 template <typename Target>
 Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
                         std::uint64_t most, Target& target, const std::string& description) {
-  const auto set = [&target](std::uint64_t value) {
+  const auto set = [least, most, &target](const std::string& text) {
+    const std::uint64_t number = whole_number(text, least, most);
     if constexpr (std::is_integral_v<Target>) {
-      target = static_cast<Target>(value);
+      target = static_cast<Target>(number);
     } else {
-      target = static_cast<typename Target::value_type>(value);
+      target = static_cast<typename Target::value_type>(number);
     }
   };
-  return add_whole_number(command, names, least, most, std::function<void(std::uint64_t)>(set),
-                          description);
+  return command.option(names, set, description).type_name("N");
 }
 
 /// The largest number of threads of a command or a rank. PROTOCOL.md has the same limit for

@@ -28,7 +28,9 @@ inline bool rarely_needed(const Setting& setting) {
 
 /// Parses the text of a setting by its rule. Returns a value, or the index of a word in Words.
 /// Throws InputError if the rule does not allow the text.
-std::uint64_t value_of(IntegerRange range, const std::string& text);
+inline std::uint64_t value_of(IntegerRange range, const std::string& text) {
+  return whole_number(text, range.least, range.most);
+}
 bool value_of(OnOff rule, const std::string& text);
 std::vector<std::uint64_t> value_of(Passes rule, const std::string& text);
 /// Replaces each pair of a backslash and an n by a line break.
