@@ -25,12 +25,9 @@ std::uint64_t frames_in(const ParticleSource& source, const std::filesystem::pat
   return read_particles(file, request).facts.frames.value_or(1);
 }
 
-/// Reads a scene file without its particles.
 SceneFile read_scene(const std::string& file, NamedFiles named) {
   PackedFile opened{std::filesystem::path(file)};
-  SceneFile scene = read_scene_file(opened, usable_cpus());
-  if (named == NamedFiles::beside) check_beside(scene, file);
-  return scene;
+  return read_scene(opened, named);
 }
 
 [[noreturn]] void fail_without_trajectory(const std::string& file) {

@@ -16,10 +16,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void check_topology_beside(const ParticleSource& given) {
-  if (fs::path(given.topology).filename() == given.topology) return;
+/// Throws InputError if a file that `where` names is in another folder.
+void check_is_beside(const std::string& named, const std::string& where) {
+  if (fs::path(named).filename() == named) return;
   throw InputError(
-      "--topology: '" + printable(given.topology) +
+      where + ": '" + printable(named) +
       "' is a path: send the file as a part of the same form, and write only its name");
 }
 
@@ -37,7 +38,7 @@ void tidy(SceneFile& scene, int threads) {
 
 AutoScene automatic_scene(PackedFile& file, const ParticleSource& source,
                           const RenderOptions& options, const Viewing& viewing, NamedFiles named) {
-  if (named == NamedFiles::beside) check_topology_beside(source);
+  if (named == NamedFiles::beside) check_is_beside(source.topology, "--topology");
   RenderSettings settings = auto_scene_settings();
   if (options.can_stop()) settings.target_error = auto_scene_error;
   AutoScene scene = auto_scene(file, source, options.over(settings), viewing, usable_cpus());
@@ -73,16 +74,15 @@ bool may_hold_frames(const fs::path& path) {
   return format != nullptr && format->frames;
 }
 
-void check_beside(const SceneFile& scene, const std::string& file) {
+SceneFile read_scene(PackedFile& file, NamedFiles named) {
+  SceneFile scene = read_scene_file(file, usable_cpus());
+  if (named == NamedFiles::anywhere) return scene;
   for (const ParticleSource& source : scene.particles) {
-    for (const std::string& named : {source.file, source.topology}) {
-      if (fs::path(named).filename() == named) continue;
-      throw InputError(
-          printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
-          printable(named) +
-          "' is a path: send the file as a part of the same form, and write only its name");
-    }
+    const std::string where = printable(file.name(), 4096) + ":" + std::to_string(source.file_line);
+    check_is_beside(source.file, where);
+    check_is_beside(source.topology, where);
   }
+  return scene;
 }
 
 bool choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file) {
@@ -121,8 +121,7 @@ SceneFile scene_without_particles(PackedFile& file, const RenderOptions& options
                                   NamedFiles named) {
   options.particles().check_unused(file.name());
   options.auto_scene().check_unused(file.name());
-  SceneFile scene = read_scene_file(file, usable_cpus());
-  if (named == NamedFiles::beside) check_beside(scene, file.name());
+  SceneFile scene = read_scene(file, named);
   scene.settings = options.over(scene.settings);
   scene.transparent = options.transparent(scene.transparent);
   return scene;
