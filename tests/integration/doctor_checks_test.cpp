@@ -20,7 +20,6 @@
 #include "cli/check/doctor/libraries.h"
 #include "cli/check/doctor/machine.h"
 #include "cli/check/doctor/messages.h"
-#include "cli/check/doctor/sphere_errors.h"
 #include "cli/check/doctor/tracing.h"
 #include "cli/child_process/child_process.h"
 #include "cli/output/processor.h"

@@ -13,7 +13,6 @@
 #include "cli/check/doctor/libraries.h"
 #include "cli/check/doctor/machine.h"
 #include "cli/check/doctor/messages.h"
-#include "cli/check/doctor/sphere_errors.h"
 #include "cli/check/doctor/tracing.h"
 #include "common/base/cpu_count.h"
 #include "common/process/child.h"
