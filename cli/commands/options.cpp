@@ -29,30 +29,20 @@ std::string with_new_lines(const std::string& text) {
   return lines;
 }
 
-/// Declares the options of settings under `heading`, or under their usual headings. An option that
-/// is given sets the setting and adds its key to `given`.
-class SettingDeclarer {
- public:
-  SettingDeclarer(Command& command, std::set<std::string_view>& given,
-                  const char* heading = nullptr)
-      : command_(command), given_(given), heading_(heading) {}
-
-  void operator()(const Setting& setting, const auto& rule, auto& value) const {
-    const auto note = [&given = given_, key = setting.key] { given.insert(key); };
+/// Returns a function that declares the option of a setting under `heading`, or under its usual
+/// heading if that is null. An option that is given sets the setting and adds its key to `given`.
+auto declarer(Command& command, std::set<std::string_view>& given, const char* heading = nullptr) {
+  return [&command, &given, heading](const Setting& setting, const auto& rule, auto& value) {
+    if (setting.help == nullptr) return;
+    const auto note = [&given, key = setting.key] { given.insert(key); };
     const char* const own = setting.is(traits::accuracy) ? limits_group
                             : setting.is(traits::speed)  ? work_group
                                                          : settings_group;
-    if (setting.help == nullptr) return;
-    Option option = add_setting(command_, setting, rule, value, note);
-    option.group(heading_ != nullptr ? heading_ : own);
+    Option option = add_setting(command, setting, rule, value, note);
+    option.group(heading != nullptr ? heading : own);
     if (rarely_needed(setting)) option.special();
-  }
-
- private:
-  Command& command_;
-  std::set<std::string_view>& given_;
-  const char* heading_;
-};
+  };
+}
 
 }  // namespace
 
@@ -150,13 +140,13 @@ void add_job(Command& command, std::uint64_t& job) {
 
 void RenderOptions::add_to(Command& command) {
   can_stop_ = true;
-  settings_fields(SettingDeclarer(command, keys_), *given_);
+  settings_fields(declarer(command, keys_), *given_);
   add_looks_to(command);
 }
 
 void RenderOptions::add_without_samples_to(Command& command) {
-  picture_fields(SettingDeclarer(command, keys_), *given_);
-  work_fields(SettingDeclarer(command, keys_), *given_);
+  picture_fields(declarer(command, keys_), *given_);
+  work_fields(declarer(command, keys_), *given_);
   add_looks_to(command);
 }
 
@@ -192,7 +182,7 @@ void RenderOptions::add_quality_to(Command& command) {
 }
 
 void RenderOptions::add_size_to(Command& command, const std::string& group) {
-  size_fields(SettingDeclarer(command, keys_, group.c_str()), *given_);
+  size_fields(declarer(command, keys_, group.c_str()), *given_);
 }
 
 void RenderOptions::add_like_to(Command& command) {

@@ -52,11 +52,6 @@ Vec3d color_from(const std::string& text) {
   return linear_of_code(*rgb);
 }
 
-template <std::size_t Count>
-void append(std::vector<std::string>& words, const std::array<std::string_view, Count>& more) {
-  words.insert(words.end(), more.begin(), more.end());
-}
-
 }  // namespace
 
 void ParticleOptions::add_to(Command& command) {
@@ -127,15 +122,12 @@ ParticleSource ParticleOptions::source() const {
 }
 
 std::vector<std::string> view_words() {
-  std::vector<std::string> words;
-  append(words, view_names);
-  append(words, view_axes);
+  std::vector<std::string> words(view_names.begin(), view_names.end());
+  words.insert(words.end(), view_axes.begin(), view_axes.end());
   return words;
 }
 
 void AutoSceneOptions::add_to(Command& command, ParticleOptions& particles) {
-  std::vector<std::string> projections;
-  append(projections, scene_words::projections);
   command.section(particles_group);
   command
       .option(
@@ -151,7 +143,7 @@ void AutoSceneOptions::add_to(Command& command, ParticleOptions& particles) {
           "--projection", [this](const std::string& text) { projection_ = projection_in(text); },
           "perspective, or orthographic: distant particles look as large as near ones (default: "
           "orthographic with --view, except with --view auto)")
-      .words(projections)
+      .words({scene_words::projections.begin(), scene_words::projections.end()})
       .type_name("NAME")
       .special();
   add_camera_to(command);

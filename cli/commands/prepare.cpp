@@ -158,9 +158,14 @@ void ask_for_denoising(RenderSettings& settings, RenderMode mode, bool usual) {
 
 namespace {
 
-/// Makes a submission of the loaded scene of `scene_file`. Loading began at `begin`.
-void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::string& scene_file,
-                         std::uint32_t priority, const SteadyClock& clock, Time begin) {
+/// Makes a submission of the scene of `scene_file`, which `load` loads. `load` may also set the
+/// other members of its argument.
+LoadedSubmission submission_of(RenderMode mode, const std::string& scene_file,
+                               std::uint32_t priority, const auto& load) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  LoadedSubmission loaded;
+  loaded.rest = load(loaded);
   Submission& submission = loaded.submission;
   SceneFile& file = loaded.rest;
   const ResolvedSettings resolved =
@@ -181,6 +186,7 @@ void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::s
   submission.precision_reason = resolved.precision_reason;
   submission.duplicates_removed = file.duplicates.count;
   submission.load_seconds = to_seconds(clock.now() - begin);
+  return loaded;
 }
 
 }  // namespace
@@ -188,25 +194,19 @@ void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::s
 LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
                                  const RenderOptions& options, std::uint32_t priority,
                                  const FrameChange& change) {
-  const SteadyClock clock;
-  const Time begin = clock.now();
-  LoadedSubmission loaded;
-  loaded.rest =
-      load_like(scene_file, options, change,
-                mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere, loaded);
-  complete_submission(loaded, mode, scene_file, priority, clock, begin);
-  return loaded;
+  const NamedFiles named = mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere;
+  return submission_of(mode, scene_file, priority, [&](LoadedSubmission& loaded) {
+    return load_like(scene_file, options, change, named, loaded);
+  });
 }
 
 LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint32_t frame,
                             std::uint32_t priority, const std::function<void(SceneFile&)>& change) {
-  const SteadyClock clock;
-  const Time begin = clock.now();
-  LoadedSubmission loaded;
-  loaded.rest = scenes.at(frame);
-  if (change) change(loaded.rest);
-  complete_submission(loaded, mode, scenes.file(), priority, clock, begin);
-  return loaded;
+  return submission_of(mode, scenes.file(), priority, [&](const LoadedSubmission& /*loaded*/) {
+    SceneFile scene = scenes.at(frame);
+    if (change) change(scene);
+    return scene;
+  });
 }
 
 void check_request(const RenderRequest& request) {

@@ -56,11 +56,12 @@ Time transfer_time(std::uint64_t bytes) {
   return Time(std::min(bytes, most) * 100);
 }
 
-[[noreturn]] void throw_answered(const msg::Error& error) {
+/// Returns the exception for the coordinator's answer.
+std::exception_ptr refusal_of(const msg::Error& error) {
   const std::string message = printable(error.message, 2000);
-  if (error.later) throw NoRoom(message);
-  if (error.status == 2) throw InputError(message);
-  throw RunError(message);
+  if (error.later) return std::make_exception_ptr(NoRoom(message));
+  if (error.status == 2) return std::make_exception_ptr(InputError(message));
+  return std::make_exception_ptr(RunError(message));
 }
 
 }  // namespace
@@ -195,17 +196,9 @@ bool Client::note_outcome(const Message& message) {
   if (submitted == nullptr && error == nullptr) return false;
   const auto sent = in_flight_.find(submitted != nullptr ? submitted->request : error->request);
   if (sent == in_flight_.end()) return false;
-  Outcome outcome{std::move(sent->second.submission), 0, nullptr};
-  if (submitted != nullptr) {
-    outcome.job = submitted->job;
-  } else {
-    try {
-      throw_answered(*error);
-    } catch (...) {
-      outcome.refusal = std::current_exception();
-    }
-  }
-  outcomes_.push_back(std::move(outcome));
+  outcomes_.push_back({std::move(sent->second.submission),
+                       submitted != nullptr ? submitted->job : 0,
+                       error != nullptr ? refusal_of(*error) : nullptr});
   bytes_in_flight_ -= sent->second.bytes;
   in_flight_.erase(sent);
   submit_silence_ = {clock_.now()};
@@ -330,16 +323,15 @@ Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
   const Time timeout = options_.timeout + 10 * bulk_time;
   unreadable_.clear();
   Time send_at{};
-  Answer answer;
   for (Silence silence{clock_.now()};;) {
     if (silence.waited >= send_at) {
       link_.send({}, message);
       send_at = silence.waited + repeat;
     }
     wait_a_little((silence.reported ? send_at : std::min(send_at, timeout)) - silence.waited);
-    if (take_answer(answer)) {
+    if (auto answer = take_answer<Answer>()) {
       answered_ = true;
-      return answer;
+      return *std::move(answer);
     }
     note_silence(silence, timeout);
   }
@@ -358,28 +350,27 @@ static void check_bulk(const Answer& answer) {
 }
 
 /// Handles messages that have arrived, until one of them is the answer to the latest request.
-/// Returns whether there is one. Other messages are late answers, or unreadable.
+/// Returns nothing if there is none. Other messages are late answers, or unreadable.
 template <typename Answer>
-bool Client::take_answer(Answer& answer) {
+std::optional<Answer> Client::take_answer() {
+  std::optional<Answer> answer;
   while (auto delivery = link_.receive()) {
-    bool answered = false;
     note_unreadable(unreadable_, [&] {
       Message message = delivery->content.open();
       if (note_outcome(message)) return;
       if (const auto* error = std::get_if<msg::Error>(&message);
           error != nullptr && error->request == request_) {
-        throw_answered(*error);
+        std::rethrow_exception(refusal_of(*error));
       }
       if (auto* found = std::get_if<Answer>(&message);
           found != nullptr && found->request == request_) {
         check_bulk(*found);
         answer = std::move(*found);
-        answered = true;
       }
     });
-    if (answered) return true;
+    if (answer) break;
   }
-  return false;
+  return answer;
 }
 
 std::string Client::silence_text() const {
