@@ -17,7 +17,6 @@
 #include <utility>
 
 #include "cli/check/doctor/extremes.h"
-#include "cli/check/doctor/libraries.h"
 #include "cli/check/doctor/machine.h"
 #include "cli/check/doctor/messages.h"
 #include "cli/check/doctor/tracing.h"

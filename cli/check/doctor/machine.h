@@ -8,7 +8,7 @@
 #include "cli/check/doctor/check.h"
 #include "common/base/files.h"
 
-/// Checks processor, floating-point mode, memory and disks.
+/// Checks processor, floating-point mode, memory, disks and linked libraries.
 namespace parray::doctor {
 
 /// Reports the processor's model, the number of usable CPUs and the instruction sets. Always
@@ -42,5 +42,17 @@ std::uint64_t window_bytes();
 CheckResult check_shared_memory(std::uint64_t available, std::uint64_t needed);
 /// Does the same for /dev/shm and window_bytes(). Skipped if there is no /dev/shm.
 CheckResult check_shared_memory();
+
+/// Lists versions: of the loaded library if it states one, otherwise of its headers. Fails if the
+/// loaded ZeroMQ has another major version than its headers.
+CheckResult check_libraries();
+
+/// Writes an EXR and a PNG picture to `directory` and reads them back. Fails if a value of float32
+/// (EXR) or a byte (PNG) differs.
+CheckResult check_pictures(const std::filesystem::path& directory);
+
+/// Makes a coordinator's state in `directory`/state, commits a scene and opens the state again.
+/// Fails if the scene is missing or differs.
+CheckResult check_state(const std::filesystem::path& directory);
 
 }  // namespace parray::doctor
