@@ -128,7 +128,7 @@ int replay(const JournalCommand& command) {
                                       SchedulePolicy::factoring, SchedulePolicy::weighted}) {
     rows.push_back({std::string(name_of(policy))});
     for (const std::uint32_t times : copies) {
-      const Replayed replayed = replay_job(journal, {policy, times});
+      const Replayed replayed = replay_job(journal, policy, times);
       rows.back().push_back(duration_text(replayed.seconds) + ", " +
                             formatted("%.0f %%", 100 * replayed.efficiency));
       document.push_back({{"schedule", name_of(policy)},

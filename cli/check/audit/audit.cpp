@@ -322,11 +322,12 @@ double power_of(const std::vector<ImaginedWorker>& workers) {
 
 }  // namespace
 
-Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOptions& options) {
+Replayed replay_job(const std::vector<JournalEntry>& journal, SchedulePolicy policy,
+                    std::uint32_t copies) {
   const Recorded job = recorded(journal);
   std::vector<ImaginedWorker> workers;
   for (const auto& [tracer, each] : job.threads) {
-    workers.insert(workers.end(), options.copies, {std::max(each, 1U), 1});
+    workers.insert(workers.end(), copies, {std::max(each, 1U), 1});
   }
   Replayed result;
   double work = 0;
@@ -336,7 +337,7 @@ Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOption
       throw RunError("the journal is damaged: it has results of pass " + std::to_string(number) +
                      ", which never began");
     }
-    PassReplay replay(pass, workers, options.policy);
+    PassReplay replay(pass, workers, policy);
     work += replay.work();
     result.seconds += replay.run();
     result.leases += replay.leases();
