@@ -3,7 +3,7 @@
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
 
-/// The commands of `parray`, one file each. An add function declares its subcommand and options.
+/// The commands of `parray`. An add function declares its subcommand and options.
 /// After parsing, `chosen` runs the command that the user named; it is empty if the user named
 /// none. `line` and `chosen` must outlive the parsing.
 namespace parray::commands {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "cli/commands/setting_options.h"
 #include "cli/input/select/expression.h"

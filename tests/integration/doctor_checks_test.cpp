@@ -1,6 +1,4 @@
 // The checks of `parray doctor`: each passes on this machine, and each detects its fault.
-#include "cli/check/doctor/check.h"
-
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
@@ -16,6 +14,7 @@
 #include <thread>
 #include <utility>
 
+#include "cli/check/doctor/check.h"
 #include "cli/check/doctor/extremes.h"
 #include "cli/check/doctor/machine.h"
 #include "cli/check/doctor/messages.h"

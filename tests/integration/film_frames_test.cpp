@@ -1,5 +1,3 @@
-#include "cli/commands/frame_scenes.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "cli/commands/film_folder.h"
+#include "cli/commands/frame_scenes.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
