@@ -3,7 +3,7 @@
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
 
-/// The commands of `parray`, one file each. An add function declares its subcommand and options.
+/// The commands of `parray`. An add function declares its subcommand and options.
 /// After parsing, `chosen` runs the command that the user named; it is empty if the user named
 /// none. `line` and `chosen` must outlive the parsing.
 namespace parray::commands {
@@ -28,8 +28,5 @@ void add_verify(CommandLine& line, Action& chosen);
 void add_plan(CommandLine& line, Action& chosen);
 void add_tradeoff(CommandLine& line, Action& chosen);
 void add_doctor(CommandLine& line, Action& chosen);
-
-/// Adds all commands, in the order of the help.
-void add_commands(CommandLine& line, Action& chosen);
 
 }  // namespace parray::commands

@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 
-#include "cli/check/compare/difference_image.h"
 #include "cli/check/compare/flip.h"
 #include "cli/check/compare/metrics.h"
 #include "cli/commands/commands.h"
@@ -29,7 +28,6 @@ struct CompareCommand {
   bool as_json = false;
 };
 
-/// The comparison of one picture with the reference.
 struct Comparison {
   std::string file;
   std::string image_sha256;  ///< from its metadata; empty: none
@@ -169,7 +167,6 @@ json document(const CompareCommand& command, const ImageFile& reference,
 
 // ---- Text ------------------------------------------------------------------------------------
 
-/// Returns a number with three significant digits.
 std::string cell(double value) { return formatted("%.3g", value); }
 
 /// Shortens a name that is too long for the table. Keeps its end, which differs more often.

@@ -3,7 +3,6 @@
 #include <memory>
 #include <utility>
 
-#include "cli/commands/auto_scene_options.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/particle_options.h"

@@ -1,7 +1,7 @@
 #include <iostream>
 #include <memory>
 
-#include "cli/check/doctor/doctor_checks.h"
+#include "cli/check/doctor/check.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"

@@ -3,8 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "cli/commands/label_options.h"
-#include "cli/commands/postprocess_options.h"
+#include "cli/commands/finishing_options.h"
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/output/write_outputs.h"
 #include "common/scene/scene.h"

@@ -11,33 +11,35 @@
 namespace parray::commands {
 
 void FarmOptions::add_to(Command& command, const Option* needed) {
-  Option address =
-      command.option("--coordinator", address_,
+  command.section(farm_group);
+  Option coordinator =
+      command.option("--coordinator", address,
                      "Address of the coordinator, and of its standbys, separated by commas");
-  address.type_name("ADDRESS").environment("PARRAY_COORDINATOR").group(farm_group).show_default();
-  Option keys =
-      command.option("--keys", keys_,
+  coordinator.type_name("ADDRESS").environment("PARRAY_COORDINATOR").show_default();
+  Option key =
+      command.option("--keys", keys,
                      "File with your key, such as ann.key, if the coordinator requires keys. In a "
                      "directory, ParRay uses admin.key");
-  keys.type_name("FILE").completes(Completes::files).group(farm_group).environment("PARRAY_KEYS");
+  key.type_name("FILE").completes(Completes::files).environment("PARRAY_KEYS");
+  command.section("");
   if (needed == nullptr) return;
-  address.needs(*needed);
-  keys.needs(*needed);
+  coordinator.needs(*needed);
+  key.needs(*needed);
 }
 
 static std::optional<MemberKey> key_of(const FarmOptions& farm) {
-  return farm.keys().empty() ? std::nullopt : std::optional(read_member_key(farm.keys(), "admin"));
+  return farm.keys.empty() ? std::nullopt : std::optional(read_member_key(farm.keys, "admin"));
 }
 
 FarmClient::FarmClient(const FarmOptions& farm)
     // No linger time: when the client ends, it has the answers to its requests or has given up.
-    : link_(zmq_connect(farm.address(), max_answer_bytes, Time(0), key_of(farm))),
+    : link_(zmq_connect(farm.address, max_answer_bytes, Time(0), key_of(farm))),
       client_(*link_, clock_,
-              {.address = farm.address(),
-               .silence_hint = farm.keys().empty() ? " (or it requires a key: --keys)"
-                                                   : " (or it does not know the key in --keys)",
+              {.address = farm.address,
+               .silence_hint = farm.keys.empty() ? " (or it requires a key: --keys)"
+                                                 : " (or it does not know the key in --keys)",
                // Ten seconds for each address of a list.
-               .timeout = seconds(10) * AddressList(farm.address()).all().size(),
+               .timeout = seconds(10) * AddressList(farm.address).all().size(),
                .poll = check_interrupted,
                .on_silence = [](const std::string& text) {
                  std::cerr << "parray: " + text + " Waiting.\n";

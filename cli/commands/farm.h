@@ -9,19 +9,14 @@
 namespace parray::commands {
 
 /// The coordinator that a client command talks to.
-class FarmOptions {
- public:
+struct FarmOptions {
   /// Declares --coordinator and --keys. `needed`: the option that must be given with any of them;
   /// null: none.
   void add_to(Command& command, const Option* needed = nullptr);
-  /// Returns one or more addresses, "tcp://HOST:PORT", separated by commas.
-  [[nodiscard]] const std::string& address() const { return address_; }
-  /// Returns the key file, or the directory with an administrator's key. Empty: no key.
-  [[nodiscard]] const std::string& keys() const { return keys_; }
 
- private:
-  std::string address_ = "tcp://127.0.0.1:7400";
-  std::string keys_;
+  /// One or more addresses, separated by commas.
+  std::string address = "tcp://127.0.0.1:7400";
+  std::string keys;  ///< key file, or directory with an administrator's key; empty: no key
 };
 
 /// A client of the coordinator of FarmOptions, over ZeroMQ. After the user's interrupt, a request

@@ -13,12 +13,10 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/drawing.h"
 #include "cli/commands/farm.h"
-#include "cli/commands/film_encoder.h"
 #include "cli/commands/film_folder.h"
-#include "cli/commands/film_frames.h"
-#include "cli/commands/label_options.h"
+#include "cli/commands/finishing_options.h"
+#include "cli/commands/frame_scenes.h"
 #include "cli/commands/options.h"
-#include "cli/commands/postprocess_options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
@@ -106,7 +104,6 @@ FilmFrames::OnRead shown_reading(const ProgressOptions& following) {
   };
 }
 
-/// A film, and the render of its frames, here or on a farm.
 class Film {
  public:
   Film(const FilmCommand& command, Time started)
@@ -135,7 +132,6 @@ class Film {
     return command_.on_farm ? render_on_farm() : render_here();
   }
 
-  /// Returns whether all frames are there.
   [[nodiscard]] bool is_complete() const {
     return std::ranges::all_of(frames_.numbers(), [this](std::uint32_t frame) {
       return folder_.has(frames_.place_of(frame));
@@ -222,7 +218,6 @@ class Film {
     return submission;
   }
 
-  /// Throws InputError if a frame has another size than the first one that was loaded.
   void check_size(const RenderSettings& settings) {
     const std::pair size(settings.width, settings.height);
     if (!size_) size_ = size;
@@ -301,7 +296,7 @@ void check(const FilmCommand& command) {
     throw InputError(
         "--threads has no effect with --farm, because its workers trace: leave out one of the two");
   }
-  if (command.render.view().transparent(false)) {
+  if (command.render.transparent(false)) {
     require(RenderMode::film, Feature::transparency, "--transparent");
   }
   for (const std::string& input : {command.course.scene, command.course.camera_path}) {
@@ -326,6 +321,7 @@ int film(const FilmCommand& command) {
 }
 
 void add_frames_to(Command& command, FilmCommand& options) {
+  command.section(film_group);
   command
       .option(
           "--frames",
@@ -333,48 +329,36 @@ void add_frames_to(Command& command, FilmCommand& options) {
           "Frames of the trajectory, of the camera path if the scene has one frame, or numbers "
           "that replace #### in the name: all, 0:100 or 0:100:5 (first, last, step). Default: all, "
           "but #### needs a range")
-      .type_name("FIRST:LAST:STEP")
-      .group(film_group);
+      .type_name("FIRST:LAST:STEP");
   add_real_number(command, "--turntable", {-36000, 36000}, options.course.turntable,
                   "Turn the camera around the scene by so many degrees over the film; 360 makes a "
                   "film that can be repeated")
-      .type_name("DEG")
-      .group(film_group);
-  add_file(command, "--camera-path", options.course.camera_path,
-           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. Each camera has "
-           "the keys of a scene's camera. A smooth curve joins them. All frames must lie between "
-           "the first and the last camera")
-      .type_name("FILE.json")
-      .group(film_group);
+      .type_name("DEG");
+  add_camera_path(command, options.course.camera_path);
   add_whole_number(
       command, "--count", 1, limits::max_frames, options.course.count,
-      "Number of frames, if the scene has only one (default: 100, or those of the camera path)")
-      .group(film_group);
+      "Number of frames, if the scene has only one (default: 100, or those of the camera path)");
   command
       .flag("--moving-noise", options.moving_noise,
             "Give each frame its own noise, like the grain of a film. By default all frames have "
             "the same seed, so what does not change hardly flickers")
-      .group(film_group)
       .special();
 }
 
 void add_output_to(Command& command, FilmCommand& options) {
+  command.section(output_group);
   add_file(command, "-o,--output", options.film,
            "Film to write: .mp4, .webm or .gif. The pictures of its frames are in the folder "
            "beside it: run.frames for run.mp4. The same command continues an interrupted film")
       .type_name("FILM")
-      .group(output_group)
       .required();
   add_real_number(command, "--fps", {0.1, 240}, options.per_second,
-                  "Frames per second (default: 25)")
-      .group(output_group);
+                  "Frames per second (default: 25)");
   add_file(command, "--report", options.report,
            "Write a report as JSON: error, samples, seconds and hash of each frame")
-      .type_name("FILE.json")
-      .group(output_group);
-  command
-      .flag(denoise_option, options.denoise, "Denoise each frame, and estimate its remaining RMSE")
-      .group(output_group);
+      .type_name("FILE.json");
+  command.flag(denoise_option, options.denoise,
+               "Denoise each frame, and estimate its remaining RMSE");
   add_quiet(command, options.following.quiet);
 }
 
@@ -383,14 +367,11 @@ void add_farm_to(Command& command, FilmCommand& options) {
       command, "--threads", 1, most_threads, options.threads,
       "Number of threads that trace on this machine (default: all available processors)")
       .group(work_group);
-  Option farm =
+  command.section(farm_group);
+  const Option farm =
       command.flag("--farm", options.on_farm,
                    "Render the frames on the farm of --coordinator, as one series of jobs");
-  farm.group(farm_group);
-  add_whole_number(command, "--priority", 0, 100, options.priority,
-                   "Among your jobs, those with a higher priority are rendered first (default: 50)")
-      .group(farm_group)
-      .needs(farm);
+  add_priority(command, options.priority).needs(farm);
   options.farm.add_to(command, &farm);
 }
 

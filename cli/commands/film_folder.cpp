@@ -1,16 +1,20 @@
 #include "cli/commands/film_folder.h"
 
+#include <chrono>
 #include <fstream>
 #include <span>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
-#include "cli/commands/film_encoder.h"
+#include "cli/child_process/child_process.h"
 #include "cli/output/picture/partial_file.h"
+#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
+#include "common/base/text.h"
 #include "common/process/stop_signal.h"
 
 namespace parray::commands {
@@ -19,7 +23,26 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Adds the contents of a file.
+std::string kind_of(const fs::path& film) { return lower_case(film.extension().string()); }
+
+/// Returns a path for ffmpeg: it cannot begin like an option or a protocol, and % has no meaning.
+std::string plain_path(const fs::path& path) {
+  std::string text;
+  for (const char letter : fs::absolute(path).string()) {
+    text += letter == '%' ? "%%" : std::string(1, letter);
+  }
+  return text;
+}
+
+std::string last_line(const fs::path& file) {
+  std::ifstream input(file);
+  std::string last;
+  for (std::string line; std::getline(input, line);) {
+    if (!trimmed(line).empty()) last = line;
+  }
+  return printable(last, 500);
+}
+
 void add_file(const std::string& file, Sha256& hash) {
   std::ifstream input(file, std::ios::binary);
   if (!input) throw InputError(printable(file, 4096) + ": cannot be read: check the path");
@@ -113,6 +136,65 @@ std::string film_identity(const std::string& request, const std::vector<std::str
   hash.add(std::as_bytes(std::span(request)));
   for (const std::string& file : files) add_file(file, hash);
   return hash.hex();
+}
+
+std::string film_picture(std::uint32_t number) {
+  return formatted("frame-%06u.png", static_cast<unsigned>(number));
+}
+
+void check_film_name(const fs::path& film) {
+  const std::string kind = kind_of(film);
+  if (kind == ".mp4" || kind == ".webm" || kind == ".gif") return;
+  throw InputError(printable(film.string(), 4096) +
+                   ": unknown kind of film: use a name that ends in .mp4, .webm or .gif");
+}
+
+bool needs_padding(const FilmPictures& pictures, const fs::path& film) {
+  return kind_of(film) != ".gif" && (pictures.width % 2 != 0 || pictures.height % 2 != 0);
+}
+
+std::vector<std::string> encoder_arguments(const FilmPictures& pictures, const fs::path& target) {
+  std::vector<std::string> arguments;
+  const auto add = [&arguments](const std::string& words) {
+    for (const std::string_view word : words_of(words)) arguments.emplace_back(word);
+  };
+  add("-y -nostdin -loglevel error -framerate " + number_text(pictures.per_second));
+  add("-start_number 0 -i");
+  arguments.push_back(plain_path(pictures.folder) + "/frame-%06d.png");
+  const std::string kind = kind_of(target);
+  if (kind == ".gif") {
+    add("-filter_complex split[a][b];[a]palettegen[p];[b][p]paletteuse");
+  } else {
+    const bool pads = needs_padding(pictures, target);
+    add(std::string("-vf ") + (pads ? "pad=ceil(iw/2)*2:ceil(ih/2)*2," : "") +
+        "scale=out_color_matrix=bt709:out_range=tv -pix_fmt yuv420p -colorspace bt709 "
+        "-color_primaries bt709 -color_trc iec61966-2-1");
+    add(kind == ".webm" ? "-c:v libvpx-vp9 -crf 20 -b:v 0"
+                        : "-c:v libx264 -crf 17 -movflags +faststart");
+  }
+  add("-frames:v " + std::to_string(pictures.count));
+  arguments.push_back(fs::absolute(target).string());
+  return arguments;
+}
+
+std::optional<NoFilm> encode_film(const FilmPictures& pictures, const fs::path& film,
+                                  const std::string& path) {
+  const auto ffmpeg = find_program("ffmpeg", path);
+  if (!ffmpeg) return NoFilm{"ffmpeg is missing (apt-get install ffmpeg)", true};
+  PartialFile partial(film);
+  std::vector<std::string> arguments = encoder_arguments(pictures, partial.path());
+  arguments.insert(arguments.begin(), ffmpeg->string());
+  const fs::path log = pictures.folder / "ffmpeg.log";
+  const ChildEnd end = run_child(arguments, {}, log, std::chrono::hours(24));
+  const bool made = end.status == 0 && !end.timed_out && fs::exists(partial.path());
+  if (!made) {
+    const std::string line = last_line(log);
+    return NoFilm{"ffmpeg failed: " + (line.empty() ? "it wrote no message" : line)};
+  }
+  partial.commit();
+  std::error_code ignored;  // the film exists
+  fs::remove(log, ignored);
+  return std::nullopt;
 }
 
 }  // namespace parray::commands

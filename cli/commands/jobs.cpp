@@ -78,7 +78,6 @@ void add_filters(Command& command, JobsCommand& options) {
   command.option("--name", options.wanted.name, "List only jobs with this part in their name")
       .type_name("TEXT")
       .forbid_empty();
-  const std::vector<std::string> words(job_sort_names.begin(), job_sort_names.end());
   command
       .option(
           "--sort",
@@ -88,7 +87,7 @@ void add_filters(Command& command, JobsCommand& options) {
                 static_cast<msg::JobSort>(known_place("value", word, job_sort_names));
           },
           "Sort by this value, the largest last")
-      .words(words);
+      .words({job_sort_names.begin(), job_sort_names.end()});
   command
       .option(
           "--order",

@@ -1,6 +1,5 @@
 #include "cli/commands/loading.h"
 
-#include <filesystem>
 #include <utility>
 
 #include "cli/commands/printing.h"
@@ -17,11 +16,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Throws InputError if the options of a file of particles name a file in another folder.
-void check_topology_beside(const ParticleSource& given) {
-  if (fs::path(given.topology).filename() == given.topology) return;
+/// Throws InputError if a file that `where` names is in another folder.
+void check_is_beside(const std::string& named, const std::string& where) {
+  if (fs::path(named).filename() == named) return;
   throw InputError(
-      "--topology: '" + printable(given.topology) +
+      where + ": '" + printable(named) +
       "' is a path: send the file as a part of the same form, and write only its name");
 }
 
@@ -37,10 +36,9 @@ void tidy(SceneFile& scene, int threads) {
   if (!scene.scene.capsules.empty()) order_materials(scene.scene);
 }
 
-/// Makes an automatic scene of a file of particles.
 AutoScene automatic_scene(PackedFile& file, const ParticleSource& source,
                           const RenderOptions& options, const Viewing& viewing, NamedFiles named) {
-  if (named == NamedFiles::beside) check_topology_beside(source);
+  if (named == NamedFiles::beside) check_is_beside(source.topology, "--topology");
   RenderSettings settings = auto_scene_settings();
   if (options.can_stop()) settings.target_error = auto_scene_error;
   AutoScene scene = auto_scene(file, source, options.over(settings), viewing, usable_cpus());
@@ -76,16 +74,16 @@ bool may_hold_frames(const fs::path& path) {
   return format != nullptr && format->frames;
 }
 
-void check_beside(const SceneFile& scene, const std::string& file) {
+SceneFile read_scene(PackedFile& file, NamedFiles named) {
+  SceneFile scene = read_scene_file(file, usable_cpus());
+  if (named == NamedFiles::anywhere) return scene;
   for (const ParticleSource& source : scene.particles) {
-    for (const std::string& named : {source.file, source.topology}) {
-      if (fs::path(named).filename() == named) continue;
-      throw InputError(
-          printable(file, 4096) + ":" + std::to_string(source.line_of("file")) + ": '" +
-          printable(named) +
-          "' is a path: send the file as a part of the same form, and write only its name");
-    }
+    const std::string where =
+        printable(file.name(), 4096) + ":" + std::to_string(source.line_of("file"));
+    check_is_beside(source.file, where);
+    check_is_beside(source.topology, where);
   }
+  return scene;
 }
 
 bool choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file) {
@@ -101,8 +99,7 @@ bool choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
 
 Viewing viewing_of(const RenderOptions& options) {
   Viewing viewing = options.auto_scene().viewing();
-  viewing.transparent =
-      options.view().transparent(false) || options.auto_scene().background().has_value();
+  viewing.transparent = options.transparent(false) || options.auto_scene().background().has_value();
   return viewing;
 }
 
@@ -113,7 +110,7 @@ SceneOfFrames automatic_scene_of_frames(const std::string& file, const RenderOpt
   AutoScene made = automatic_scene(opened, source, options, viewing, named);
   const TurnAxis axis = made.axis;
   SceneFile scene = with_reference(std::move(made), fs::path(file).filename().string());
-  scene.transparent = options.view().transparent(scene.transparent) || scene.background;
+  scene.transparent = options.transparent(scene.transparent) || scene.background;
   // complete_scene() sets these anew.
   scene.particle_files.clear();
   scene.legends.clear();
@@ -125,10 +122,9 @@ SceneFile scene_without_particles(PackedFile& file, const RenderOptions& options
                                   NamedFiles named) {
   options.particles().check_unused(file.name());
   options.auto_scene().check_unused(file.name());
-  SceneFile scene = read_scene_file(file, usable_cpus());
-  if (named == NamedFiles::beside) check_beside(scene, file.name());
+  SceneFile scene = read_scene(file, named);
   scene.settings = options.over(scene.settings);
-  scene.transparent = options.view().transparent(scene.transparent);
+  scene.transparent = options.transparent(scene.transparent);
   return scene;
 }
 
@@ -140,7 +136,7 @@ void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories*
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                      NamedFiles named) {
   SceneFile scene = read_any(file, options, change, named);
-  scene.transparent = options.view().transparent(scene.transparent) || scene.background;
+  scene.transparent = options.transparent(scene.transparent) || scene.background;
   if (change.camera) scene.scene.camera = *change.camera;
   print_notes(scene.particle_files);
   warn_of_duplicates(scene.duplicates, file.name());

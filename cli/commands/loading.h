@@ -59,8 +59,8 @@ void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories*
 
 /// Returns whether the file is one of particles whose format has several frames.
 bool may_hold_frames(const std::filesystem::path& path);
-/// Throws InputError if the scene of `file` names a file in another folder.
-void check_beside(const SceneFile& scene, const std::string& file);
+/// Reads a scene file without its particles, and without any options.
+SceneFile read_scene(PackedFile& file, NamedFiles named);
 
 /// Loads a file that is already open.
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change = {},

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "cli/commands/setting_options.h"
 #include "cli/input/select/expression.h"
@@ -18,24 +17,6 @@
 namespace parray::commands {
 namespace {
 
-std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint64_t most) {
-  const std::optional<std::uint64_t> value = parsed_between(text, least, most);
-  if (!value) {
-    throw InputError("'" + printable(text) + "' is not a whole number from " +
-                     std::to_string(least) + " to " + std::to_string(most));
-  }
-  return *value;
-}
-
-/// Parses whole numbers separated by commas. Throws InputError.
-std::vector<std::uint64_t> whole_numbers(const std::string& text) {
-  std::vector<std::uint64_t> numbers;
-  for (const std::string_view part : split_at(',', text)) {
-    numbers.push_back(whole_number(part, 1, std::numeric_limits<std::int64_t>::max()));
-  }
-  return numbers;
-}
-
 /// Replaces the two characters \n by a new line, which is awkward to type in a shell.
 std::string with_new_lines(const std::string& text) {
   std::string lines;
@@ -47,45 +28,23 @@ std::string with_new_lines(const std::string& text) {
   return lines;
 }
 
-/// Declares the options of settings under `heading`, or under their usual headings. An option that
-/// is given sets the setting and adds its key to `given`.
-class SettingDeclarer {
- public:
-  SettingDeclarer(Command& command, std::set<std::string_view>& given,
-                  const char* heading = nullptr)
-      : command_(command), given_(given), heading_(heading) {}
-
-  void operator()(const Setting& setting, const auto& rule, auto& value) const {
-    const auto note = [&given = given_, key = setting.key] { given.insert(key); };
+/// Returns a function that declares the option of a setting under `heading`, or under its usual
+/// heading if that is null. An option that is given sets the setting and adds its key to `given`.
+auto declarer(Command& command, std::set<std::string_view>& given, const char* heading = nullptr) {
+  return [&command, &given, heading](const Setting& setting, const auto& rule, auto& value) {
+    if (setting.help == nullptr) return;
+    const auto note = [&given, key = setting.key] { given.insert(key); };
     const char* const own = setting.is(traits::accuracy) ? limits_group
                             : setting.is(traits::speed)  ? work_group
                                                          : settings_group;
-    if (setting.help == nullptr) return;
-    Option option = add_setting(command_, setting, rule, value, note);
-    option.group(heading_ != nullptr ? heading_ : own);
+    Option option = add_setting(command, setting, rule, value, note);
+    option.group(heading != nullptr ? heading : own);
     if (rarely_needed(setting)) option.special();
-  }
-
- private:
-  Command& command_;
-  std::set<std::string_view>& given_;
-  const char* heading_;
-};
+  };
+}
 
 }  // namespace
 
-std::uint64_t value_of(IntegerRange range, const std::string& text) {
-  return whole_number(text, range.least, range.most);
-}
-void describe_values(IntegerRange /*rule*/, Option& option) { option.type_name("N"); }
-void describe_values(Passes /*rule*/, Option& option) { option.type_name("N,N..."); }
-void describe_values(OnOff /*rule*/, Option& option) { option.words({"on", "off"}); }
-void describe_values(const Words& words, Option& option) {
-  option.words({words.names.begin(), words.names.end()});
-}
-void describe_values(FileName /*rule*/, Option& option) {
-  option.forbid_empty().completes(Completes::files);
-}
 void describe_values(HiddenClasses /*rule*/, Option& option) {
   std::vector<std::string> classes(selection_classes().begin(), selection_classes().end());
   classes.emplace_back("none");
@@ -97,7 +56,11 @@ bool value_of(OnOff /*rule*/, const std::string& text) {
   throw InputError("'" + printable(text) + "' is neither on nor off");
 }
 std::vector<std::uint64_t> value_of(Passes /*rule*/, const std::string& text) {
-  return whole_numbers(text);
+  std::vector<std::uint64_t> numbers;
+  for (const std::string_view part : split_at(',', text)) {
+    numbers.push_back(whole_number(part, 1, std::numeric_limits<std::int64_t>::max()));
+  }
+  return numbers;
 }
 std::string value_of(LabelText rule, const std::string& text) {
   const std::string problem = problem_with_label_text(text, rule.longest);
@@ -105,22 +68,38 @@ std::string value_of(LabelText rule, const std::string& text) {
   return with_new_lines(text);
 }
 
-Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
-                        std::uint64_t most, std::function<void(std::uint64_t)> set,
-                        const std::string& description) {
-  return command
-      .option(
-          names,
-          [least, most, set = std::move(set)](const std::string& text) {
-            set(whole_number(text, least, most));
-          },
-          description)
-      .type_name("N");
+std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint64_t most) {
+  const std::optional<std::uint64_t> value = parsed_between(text, least, most);
+  if (!value) {
+    throw InputError("'" + printable(text) + "' is not a whole number from " +
+                     std::to_string(least) + " to " + std::to_string(most));
+  }
+  return *value;
 }
 
 Option add_file(Command& command, const std::string& names, std::string& target,
                 const std::string& description) {
   return command.option(names, target, description).completes(Completes::files).forbid_empty();
+}
+
+Option add_camera_path(Command& command, std::string& file) {
+  return add_file(
+             command, "--camera-path", file,
+             "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. Each camera "
+             "has the keys of a scene's camera. A smooth curve joins them. All frames must lie "
+             "between the first and the last camera")
+      .type_name("FILE.json");
+}
+
+Option add_priority(Command& command, std::uint32_t& priority) {
+  return add_whole_number(
+      command, "--priority", 0, 100, priority,
+      "Among your jobs, those with a higher priority are rendered first (default: 50)");
+}
+
+Option add_threads(Command& command, std::optional<std::uint32_t>& threads) {
+  return add_whole_number(command, "--threads", 1, most_threads, threads,
+                          "Number of threads that trace (default: all available processors)");
 }
 
 void add_scene(Command& command, std::string& scene, const char* name) {
@@ -160,13 +139,13 @@ void add_job(Command& command, std::uint64_t& job) {
 
 void RenderOptions::add_to(Command& command) {
   can_stop_ = true;
-  settings_fields(SettingDeclarer(command, keys_), *given_);
+  settings_fields(declarer(command, keys_), *given_);
   add_looks_to(command);
 }
 
 void RenderOptions::add_without_samples_to(Command& command) {
-  picture_fields(SettingDeclarer(command, keys_), *given_);
-  work_fields(SettingDeclarer(command, keys_), *given_);
+  picture_fields(declarer(command, keys_), *given_);
+  work_fields(declarer(command, keys_), *given_);
   add_looks_to(command);
 }
 
@@ -174,7 +153,12 @@ void RenderOptions::add_looks_to(Command& command) {
   particles_.add_to(command);
   auto_scene_.add_to(command, particles_);
   auto_scene_.add_background_to(command);
-  view_.add_to(command);
+  command
+      .on_off("--transparent", transparent_,
+              "Make the background transparent. Alpha is the share of a pixel's camera rays that "
+              "hit something, glass included (default: as the scene says, else off)")
+      .group(output_group);
+  command.renamed("--opaque", "--transparent off");
 }
 
 void RenderOptions::add_quality_to(Command& command) {
@@ -197,7 +181,7 @@ void RenderOptions::add_quality_to(Command& command) {
 }
 
 void RenderOptions::add_size_to(Command& command, const std::string& group) {
-  size_fields(SettingDeclarer(command, keys_, group.c_str()), *given_);
+  size_fields(declarer(command, keys_, group.c_str()), *given_);
 }
 
 void RenderOptions::add_like_to(Command& command) {
@@ -233,7 +217,7 @@ void RenderOptions::check_like() const {
 
 void RenderOptions::follow(const RenderSettings& settings, bool transparent) {
   followed_ = settings;
-  view_.follow(transparent);
+  followed_transparent_ = transparent;
 }
 
 std::optional<Sampler> RenderOptions::sampler() const {

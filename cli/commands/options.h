@@ -2,16 +2,13 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 
-#include "cli/commands/auto_scene_options.h"
-#include "cli/commands/label_options.h"
+#include "cli/commands/finishing_options.h"
 #include "cli/commands/particle_options.h"
-#include "cli/commands/postprocess_options.h"
 #include "cli/output/preview.h"
 #include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"
@@ -24,26 +21,24 @@
 /// line is parsed.
 namespace parray::commands {
 
-/// Declares an option whose value is a whole number from `least` to `most`, in plain decimal
-/// digits. (CLI11 itself reads -1 as 18446744073709551615 and 010 as 8.) If the option is repeated,
-/// the last value counts.
-Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
-                        std::uint64_t most, std::function<void(std::uint64_t)> set,
-                        const std::string& description);
+/// Parses a whole number from `least` to `most` in plain decimal digits. Throws InputError for
+/// other texts. (CLI11 itself reads -1 as 18446744073709551615 and 010 as 8.)
+std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint64_t most);
 
-/// Does the same for a number that is stored in `target`: an integer, or an optional one.
+/// Declares an option whose value is a whole_number(). If the option is repeated, the last value
+/// counts. `target`: an integer, or an optional one.
 template <typename Target>
 Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
                         std::uint64_t most, Target& target, const std::string& description) {
-  const auto set = [&target](std::uint64_t value) {
+  const auto set = [least, most, &target](const std::string& text) {
+    const std::uint64_t number = whole_number(text, least, most);
     if constexpr (std::is_integral_v<Target>) {
-      target = static_cast<Target>(value);
+      target = static_cast<Target>(number);
     } else {
-      target = static_cast<typename Target::value_type>(value);
+      target = static_cast<typename Target::value_type>(number);
     }
   };
-  return add_whole_number(command, names, least, most, std::function<void(std::uint64_t)>(set),
-                          description);
+  return command.option(names, set, description).type_name("N");
 }
 
 /// The largest number of threads of a command or a rank. PROTOCOL.md has the same limit for
@@ -53,6 +48,15 @@ inline constexpr std::uint32_t most_threads = 4096;
 /// Declares an option whose value is the name of a file.
 Option add_file(Command& command, const std::string& names, std::string& target,
                 const std::string& description);
+
+/// Declares --camera-path, whose value is the name of a file.
+Option add_camera_path(Command& command, std::string& file);
+
+/// Declares --priority, the priority of a job.
+Option add_priority(Command& command, std::uint32_t& priority);
+
+/// Declares --threads, the number of threads that trace.
+Option add_threads(Command& command, std::optional<std::uint32_t>& threads);
 
 /// Declares the argument for the scene: a scene file or a file of particles.
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
@@ -130,13 +134,17 @@ class RenderOptions {
   /// Throws UsageError if --like is given with another option under settings_group or limits_group.
   /// Call while the command line exists.
   void check_like() const;
-  /// Makes over() and view() take everything that determines the picture from these values instead
-  /// of from the scene.
+  /// Makes over() and transparent() take everything that determines the picture from these values
+  /// instead of from the scene.
   void follow(const RenderSettings& settings, bool transparent);
   [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
-  [[nodiscard]] const ViewOptions& view() const { return view_; }
   [[nodiscard]] const AutoSceneOptions& auto_scene() const { return auto_scene_; }
   [[nodiscard]] AutoSceneOptions& auto_scene() { return auto_scene_; }
+  /// Returns whether the background is transparent: the value of --transparent, else that of
+  /// follow(), else `of_scene`, the scene's value.
+  [[nodiscard]] bool transparent(bool of_scene) const {
+    return transparent_.value_or(followed_ ? followed_transparent_ : of_scene);
+  }
   /// Returns the sampler of --sampler. Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const;
 
@@ -156,10 +164,11 @@ class RenderOptions {
   void add_looks_to(Command& command);
   [[nodiscard]] bool says_when_to_stop() const;
 
-  ViewOptions view_;
   std::string like_;
   std::optional<Command> command_;  ///< the command that has --like
+  std::optional<bool> transparent_;
   std::optional<Boxed<RenderSettings>> followed_;
+  bool followed_transparent_ = false;
   std::optional<std::uint32_t> print_width_;
   Boxed<RenderSettings> given_;
   std::set<std::string_view> keys_;  ///< keys of the given settings

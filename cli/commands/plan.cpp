@@ -44,7 +44,6 @@ struct PlanCommand {
   std::vector<std::string> given;  ///< given options that the render command repeats, as words
 };
 
-/// The result of the command.
 struct Plan {
   RenderSettings settings;
   Probe probe;
@@ -66,7 +65,6 @@ bool rendering_is_cheaper(const Plan& plan) {
   return plan.farm.here() && plan.choices.front().seconds.value < plan.probe.seconds;
 }
 
-/// Returns the words of the command that renders as `choice` describes.
 std::vector<std::string> words_of(const PlanCommand& command, const Choice& choice) {
   std::vector<std::string> words = {"parray", command.workers ? "submit" : "render", command.scene};
   if (command.workers) words.emplace_back("--wait");
@@ -176,7 +174,6 @@ std::string way_text(const Choice& choice) {
   return choice.time_limit > 0 ? "adaptive, time limit" : "adaptive";
 }
 
-/// Returns the threads or workers that will trace.
 std::string workers_text(const Plan& plan) {
   std::string threads = counted(static_cast<std::uint64_t>(plan.threads), "thread");
   if (plan.farm.here()) return threads;
@@ -303,7 +300,6 @@ std::vector<std::string> given_options(const Command& command, bool farm) {
   return words;
 }
 
-/// Parses the speeds of workers, separated by commas. Throws InputError.
 std::vector<double> speeds_from(const std::string& text) {
   constexpr NumberRange range{1e-3, 1e3};
   std::vector<double> speeds;
@@ -341,9 +337,7 @@ void add_plan(CommandLine& line, Action& chosen) {
       .group(output_group);
   add_json(command, options->as_json);
   options->render.add_without_samples_to(command);
-  add_whole_number(command, "--threads", 1, most_threads, options->threads,
-                   "Number of threads that trace (default: all available processors)")
-      .group(work_group);
+  add_threads(command, options->threads).group(work_group);
   constexpr std::uint32_t most_workers = 10000;
   add_whole_number(
       command, "--workers", 1, most_workers, options->workers,

@@ -7,9 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "cli/commands/finishing_options.h"
 #include "cli/commands/frame_scenes.h"
-#include "cli/commands/label_options.h"
-#include "cli/commands/postprocess_options.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/time_reserve.h"
 #include "cli/input/particles/packed_file.h"
@@ -100,7 +99,6 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
   return file;
 }
 
-/// Returns the outputs that the request and its scene ask for.
 OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loaded) {
   const Submission& submission = loaded.submission;
   OutputPaths outputs = request.output.paths(request.following);
@@ -159,9 +157,14 @@ void ask_for_denoising(RenderSettings& settings, RenderMode mode, bool usual) {
 
 namespace {
 
-/// Makes a submission of the loaded scene of `scene_file`. Loading began at `begin`.
-void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::string& scene_file,
-                         std::uint32_t priority, const SteadyClock& clock, Time begin) {
+/// Makes a submission of the scene of `scene_file`, which `load` loads. `load` may also set the
+/// other members of its argument.
+LoadedSubmission submission_of(RenderMode mode, const std::string& scene_file,
+                               std::uint32_t priority, const auto& load) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  LoadedSubmission loaded;
+  loaded.rest = load(loaded);
   Submission& submission = loaded.submission;
   SceneFile& file = loaded.rest;
   const ResolvedSettings resolved =
@@ -182,6 +185,7 @@ void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::s
   submission.precision_reason = resolved.precision_reason;
   submission.duplicates_removed = file.duplicates.count;
   submission.load_seconds = to_seconds(clock.now() - begin);
+  return loaded;
 }
 
 }  // namespace
@@ -189,25 +193,19 @@ void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::s
 LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
                                  const RenderOptions& options, std::uint32_t priority,
                                  const FrameChange& change) {
-  const SteadyClock clock;
-  const Time begin = clock.now();
-  LoadedSubmission loaded;
-  loaded.rest =
-      load_like(scene_file, options, change,
-                mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere, loaded);
-  complete_submission(loaded, mode, scene_file, priority, clock, begin);
-  return loaded;
+  const NamedFiles named = mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere;
+  return submission_of(mode, scene_file, priority, [&](LoadedSubmission& loaded) {
+    return load_like(scene_file, options, change, named, loaded);
+  });
 }
 
 LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint32_t frame,
                             std::uint32_t priority, const std::function<void(SceneFile&)>& change) {
-  const SteadyClock clock;
-  const Time begin = clock.now();
-  LoadedSubmission loaded;
-  loaded.rest = scenes.at(frame);
-  if (change) change(loaded.rest);
-  complete_submission(loaded, mode, scenes.file(), priority, clock, begin);
-  return loaded;
+  return submission_of(mode, scenes.file(), priority, [&](const LoadedSubmission& /*loaded*/) {
+    SceneFile scene = scenes.at(frame);
+    if (change) change(scene);
+    return scene;
+  });
 }
 
 void check_request(const RenderRequest& request) {
@@ -224,10 +222,10 @@ void check_request(const RenderRequest& request) {
   check(!traced.empty(), Feature::traced_channels, "--aov " + text_of(traced));
   check(!outputs.error_map.empty(), Feature::error_map, "--error-map");
   check(outputs.denoise, Feature::denoising, "--denoise");
-  check(request.render.view().transparent(false), Feature::transparency, "--transparent");
+  check(request.render.transparent(false), Feature::transparency, "--transparent");
   if (request.render.auto_scene().background()) {
     check(true, Feature::background, "--background");
-    if (request.render.view().transparent(false)) {
+    if (request.render.transparent(false)) {
       throw InputError(
           "--background and --transparent exclude each other: a transparent picture has no "
           "background");

@@ -87,7 +87,6 @@ std::string samples_cell(const JobStatus& job) {
   return job.samples_taken > 0 ? mean_text(job.samples_taken) : "";
 }
 
-/// Returns the limit of the samples and the number so far.
 static std::string job_samples_text(const JobStatus& job) {
   std::string limit =
       job.samples_per_pixel > 0 ? counted(job.samples_per_pixel, "sample") + " each" : "";
@@ -106,7 +105,6 @@ static std::string end_text(const json& map) {
                                            : "";
 }
 
-/// Adds the times of a job that it already has.
 static void add_times(std::vector<std::pair<std::string, std::string>>& facts, const json& map) {
   const auto number = [&map](const char* key) {
     const json value = map.value(key, json());

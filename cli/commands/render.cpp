@@ -62,7 +62,6 @@ void check_size(const SheetLayout& layout, const RenderSettings& settings,
                    " pixels, too many: use a smaller --width and --height");
 }
 
-/// Returns the seconds for joining the pictures of a sheet.
 double joining_seconds(const PictureSize& sheet) {
   constexpr double a_pixel = 20e-9;
   return a_pixel * static_cast<double>(sheet.width * sheet.height);
@@ -143,7 +142,6 @@ class Views {
   json reports_ = json::array();
 };
 
-/// Writes the sheet and the report, and prints the result. Returns the exit status.
 int write_sheet(const Views& views, const OutputPaths& outputs) {
   const Image sheet = views.sheet();
   ImageMetadata metadata{{"Software", "ParRay " PARRAY_VERSION}};
@@ -282,9 +280,7 @@ void add_render(CommandLine& line, Action& chosen) {
   options->render.add_to(command);
   options->render.add_quality_to(command);
   options->render.add_like_to(command);
-  add_whole_number(command, "--threads", 1, most_threads, options->threads,
-                   "Number of threads that trace (default: all available processors)")
-      .group(work_group);
+  add_threads(command, options->threads).group(work_group);
   command
       .option(
           "--views",

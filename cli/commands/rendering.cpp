@@ -111,7 +111,6 @@ class LongWait {
   std::optional<Time> since_;  ///< when the job began to wait
 };
 
-/// Shows the progress of a job until it has ended.
 static JobStatus follow(Client& client, JobId job, const ProgressOptions& following,
                         Preview& preview) {
   const SteadyClock clock;

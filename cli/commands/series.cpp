@@ -3,26 +3,17 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <map>
-#include <set>
 #include <span>
 #include <utility>
 
-#include "cli/commands/postprocess_options.h"
-#include "cli/commands/prepare.h"
 #include "cli/commands/rendering.h"
-#include "cli/input/formats/format_table.h"
-#include "cli/input/scene_file/camera_path.h"
-#include "cli/output/picture/image_file.h"
 #include "cli/output/progress.h"
 #include "common/base/error.h"
-#include "common/base/files.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/process/stop_signal.h"
-#include "common/scene/settings.h"
 
 namespace parray::commands {
 namespace {
@@ -59,14 +50,6 @@ std::vector<ListedFrame> listed_frames(const json& map) {
   return frames;
 }
 
-OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
-  OutputPaths numbered = outputs;
-  numbered.image = with_frame_number(outputs.image.string(), frame);
-  numbered.report = with_frame_number(outputs.report.string(), frame);
-  numbered.error_map = with_frame_number(outputs.error_map.string(), frame);
-  return numbered;
-}
-
 /// Frames without a picture, and the reasons.
 using Failures = std::map<std::uint32_t, std::string>;
 
@@ -77,7 +60,6 @@ int report_failures(const Failures& failures) {
   return failures.empty() ? 0 : 1;
 }
 
-/// Submits frames, and follows them until they end.
 class FrameRun {
  public:
   FrameRun(Client& client, const FrameJobs& jobs)
@@ -124,7 +106,6 @@ class FrameRun {
     }
   }
 
-  /// Finds the frames that an earlier run submitted.
   void find_earlier_frames() {
     for (const json& map : client_.jobs()) {
       if (map.value("frames", 0) == 0 || map.value("series", "") != jobs_.token) continue;
@@ -187,7 +168,6 @@ class FrameRun {
     }
   }
 
-  /// Handles the coordinator's answer to a submission.
   void handle(Client::Outcome outcome) {
     const std::uint32_t frame = outcome.submission.frame;
     try {
@@ -274,7 +254,6 @@ class FrameRun {
                     done ? "" : failures_.begin()->second, jobs_.image);
   }
 
-  /// Throws RunError if the series was cancelled before all frames were submitted.
   void check_not_cancelled() const {
     if (cancelled_) {
       const std::string number = std::to_string(series_);
@@ -314,7 +293,6 @@ class FrameRun {
   Time begin_ = clock_.now();
   Time next_update_{};
   JobId series_ = 0;
-  /// Number of frames that the series will have.
   std::uint32_t planned_ = static_cast<std::uint32_t>(jobs_.frames.size() - jobs_.there.size());
   std::set<std::uint32_t> known_;                ///< submitted by an earlier run
   std::map<std::uint32_t, JobId> pending_;       ///< submitted, and not known to have ended
@@ -326,29 +304,15 @@ class FrameRun {
   int status_ = 0;
 };
 
-/// Numbered scenes contribute their names to the token, other files their contents.
-std::string token_of(const SeriesRequest& request) {
-  const FrameRange& frames = request.frames;
-  return series_token(
-      std::filesystem::absolute(request.scene).lexically_normal().string() + "\n" +
-      std::to_string(frames.first) + "-" + std::to_string(frames.last) + ":" +
-      std::to_string(frames.step) + "\n" + request.render.as_given() +
-      (has_frame_number(request.scene) ? "" : read_file(request.scene).value_or("")) + "\n" +
-      (request.camera_path.empty() ? "" : read_file(request.camera_path).value_or("")));
-}
-
-FrameChange change_of(const SeriesRequest& request, const std::optional<CameraPath>& path,
-                      std::uint32_t frame) {
-  FrameChange change;
-  if (path) {
-    change.camera = path->at(frame);
-  } else if (!has_frame_number(request.scene)) {
-    change.particles = frame;
-  }
-  return change;
-}
-
 }  // namespace
+
+OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
+  OutputPaths numbered = outputs;
+  numbered.image = with_frame_number(outputs.image.string(), frame);
+  numbered.report = with_frame_number(outputs.report.string(), frame);
+  numbered.error_map = with_frame_number(outputs.error_map.string(), frame);
+  return numbered;
+}
 
 void check_frame_outputs(const OutputPaths& outputs) {
   for (const auto& file : {outputs.image, outputs.report, outputs.error_map}) {
@@ -358,19 +322,6 @@ void check_frame_outputs(const OutputPaths& outputs) {
     }
   }
   check_outputs(outputs_of(outputs, 0));
-}
-
-/// Throws InputError if the scene is a file of particles, whose automatic camera would differ from
-/// frame to frame.
-static void check_scene(const SeriesRequest& request) {
-  if (has_frame_number(request.scene) || !request.camera_path.empty()) return;
-  PackedFile file(request.scene);
-  if (particle_format_of(file) != nullptr) {
-    throw InputError(printable(request.scene, 4096) +
-                     ": the automatic camera of a particle file differs from frame to frame: use "
-                     "parray film --farm, which has one camera for all, or write a scene file with "
-                     "parray convert, and submit that");
-  }
 }
 
 std::string series_token(const std::string& request) {
@@ -389,43 +340,6 @@ int run_frames(Client& client, const FrameJobs& jobs) {
                                          : "; parray cancel " + std::to_string(run.series()) +
                                                " cancels the series"));
   }
-}
-
-int submit_series(Client& client, const SeriesRequest& request) {
-  check_scene(request);
-  const DeferredInterrupts deferred;
-  std::optional<CameraPath> path;
-  if (!request.camera_path.empty()) path.emplace(request.camera_path);
-  FrameJobs jobs;
-  for (std::uint32_t i = 0; i < request.frames.count(); ++i) {
-    jobs.frames.push_back(request.frames.number(i));
-  }
-  bool warned = false;
-  jobs.load = [&](std::uint32_t frame) {
-    LoadedSubmission loaded =
-        load_submission(RenderMode::series, with_frame_number(request.scene, frame), request.render,
-                        request.priority, change_of(request, path, frame));
-    if (!std::exchange(warned, true)) {
-      warn_of_missing_postprocessing(loaded.rest.postprocessing, loaded.rest.labels.any(),
-                                     request.scene, "render the frames one by one to have them");
-    }
-    Submission submission = std::move(loaded.submission);
-    check_image_size(request.outputs.image, submission.settings->width,
-                     submission.settings->height);
-    submission.max_failures = request.max_failures;
-    if (!request.name.empty()) submission.name = request.name;
-    return submission;
-  };
-  if (request.wait && !request.outputs.none()) {
-    jobs.deliver = [&](std::uint32_t frame, JobId job) {
-      return fetch_and_write(client, job, outputs_of(request.outputs, frame));
-    };
-  }
-  jobs.token = token_of(request);
-  jobs.wait = request.wait;
-  jobs.following = request.following;
-  jobs.image = request.outputs.image.string();
-  return run_frames(client, jobs);
 }
 
 int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool raw) {

@@ -52,29 +52,12 @@ std::string series_token(const std::string& request);
 /// as `first_must_load` says.
 int run_frames(Client& client, const FrameJobs& jobs);
 
-/// The request of `submit --frames`.
-struct SeriesRequest {
-  std::string scene;        ///< with #### if each frame has its own file
-  std::string camera_path;  ///< file of --camera-path; empty: none
-  FrameRange frames;
-  RenderOptions render;
-  OutputPaths outputs;  ///< with #### for the frame's number
-  std::string name;     ///< of all frames; empty: those of the scenes' files
-  std::uint32_t priority = 50;
-  std::uint32_t max_failures = 0;  ///< 0: as the coordinator's --max-failures
-  bool wait = false;
-  ProgressOptions following;  ///< as in FrameJobs
-};
+/// Returns the outputs of a frame: its number replaces #### in their names.
+OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame);
 
 /// Throws InputError unless the name of each output contains #### for the frame's number. Also
 /// throws as check_outputs() does for the outputs of frame 0.
 void check_frame_outputs(const OutputPaths& outputs);
-
-/// Calls run_frames() for the request, which prints the number of the series. If the
-/// request has `wait` and outputs, fetches each frame when the frame is done. Also throws
-/// InputError if `scene` is a particle file for all frames and there is no camera path: its
-/// automatic camera would differ between frames.
-int submit_series(Client& client, const SeriesRequest& request);
 
 /// Fetches the finished frames of a series. For every other frame that was submitted, prints on
 /// stderr why it has no picture. Returns the exit status: 1 if there is such a frame. `raw`: see

@@ -28,7 +28,9 @@ inline bool rarely_needed(const Setting& setting) {
 
 /// Parses the text of a setting by its rule. Returns a value, or the index of a word in Words.
 /// Throws InputError if the rule does not allow the text.
-std::uint64_t value_of(IntegerRange range, const std::string& text);
+inline std::uint64_t value_of(IntegerRange range, const std::string& text) {
+  return whole_number(text, range.least, range.most);
+}
 bool value_of(OnOff rule, const std::string& text);
 std::vector<std::uint64_t> value_of(Passes rule, const std::string& text);
 /// Replaces each pair of a backslash and an n by a line break.
@@ -55,11 +57,15 @@ inline std::vector<std::string> value_of(HiddenClasses /*rule*/, const std::stri
 }
 
 /// Describe the values of a rule, so that the help and shells offer them.
-void describe_values(IntegerRange rule, Option& option);
-void describe_values(Passes rule, Option& option);
-void describe_values(OnOff rule, Option& option);
-void describe_values(const Words& words, Option& option);
-void describe_values(FileName rule, Option& option);
+inline void describe_values(IntegerRange /*rule*/, Option& option) { option.type_name("N"); }
+inline void describe_values(Passes /*rule*/, Option& option) { option.type_name("N,N..."); }
+inline void describe_values(OnOff /*rule*/, Option& option) { option.words({"on", "off"}); }
+inline void describe_values(const Words& words, Option& option) {
+  option.words({words.names.begin(), words.names.end()});
+}
+inline void describe_values(FileName /*rule*/, Option& option) {
+  option.forbid_empty().completes(Completes::files);
+}
 void describe_values(HiddenClasses rule, Option& option);
 template <typename T>
 void describe_values(const TextRule<T>& rule, Option& option) {

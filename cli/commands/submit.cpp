@@ -1,15 +1,25 @@
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
+#include "cli/commands/finishing_options.h"
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/scene_file/camera_path.h"
+#include "cli/output/picture/image_file.h"
 #include "common/base/cpu_count.h"
+#include "common/base/error.h"
+#include "common/base/files.h"
+#include "common/base/printable.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/settings.h"
 
 namespace parray::commands {
 namespace {
@@ -47,14 +57,77 @@ void refuse_preview(const ProgressOptions& following) {
   if (!following.display.empty()) require(RenderMode::series, Feature::preview, "--display");
 }
 
+/// Returns the token of a series. Numbered scenes contribute their names, other files their
+/// contents.
+std::string token_of(const SubmitCommand& command) {
+  const FrameRange& frames = *command.frames;
+  return series_token(
+      std::filesystem::absolute(command.scene).lexically_normal().string() + "\n" +
+      std::to_string(frames.first) + "-" + std::to_string(frames.last) + ":" +
+      std::to_string(frames.step) + "\n" + command.render.as_given() +
+      (has_frame_number(command.scene) ? "" : read_file(command.scene).value_or("")) + "\n" +
+      (command.camera_path.empty() ? "" : read_file(command.camera_path).value_or("")));
+}
+
+/// Throws InputError if the scene is a file of particles, whose automatic camera would differ from
+/// frame to frame.
+void check_scene(const SubmitCommand& command) {
+  if (has_frame_number(command.scene) || !command.camera_path.empty()) return;
+  PackedFile file(command.scene);
+  if (particle_format_of(file) != nullptr) {
+    throw InputError(printable(command.scene, 4096) +
+                     ": the automatic camera of a particle file differs from frame to frame: use "
+                     "parray film --farm, which has one camera for all, or write a scene file with "
+                     "parray convert, and submit that");
+  }
+}
+
+/// Loads the frames of a series and submits them. With --wait and -o, fetches each frame when it is
+/// done.
 int submit_frames(const SubmitCommand& command) {
-  if (!command.output.paths().none()) check_frame_outputs(command.output.paths());
+  const OutputPaths outputs = command.output.paths();
+  if (!outputs.none()) check_frame_outputs(outputs);
   check_request(request_of(command));
   FarmClient client(command.farm);
-  return submit_series(
-      *client,
-      {command.scene, command.camera_path, *command.frames, command.render, command.output.paths(),
-       command.name, command.priority, command.max_failures, command.wait, command.following});
+  check_scene(command);
+  const DeferredInterrupts deferred;
+  std::optional<CameraPath> path;
+  if (!command.camera_path.empty()) path.emplace(command.camera_path);
+  FrameJobs jobs;
+  for (std::uint32_t i = 0; i < command.frames->count(); ++i) {
+    jobs.frames.push_back(command.frames->number(i));
+  }
+  bool warned = false;
+  jobs.load = [&](std::uint32_t frame) {
+    FrameChange change;
+    if (path) {
+      change.camera = path->at(frame);
+    } else if (!has_frame_number(command.scene)) {
+      change.particles = frame;
+    }
+    LoadedSubmission loaded =
+        load_submission(RenderMode::series, with_frame_number(command.scene, frame), command.render,
+                        command.priority, change);
+    if (!std::exchange(warned, true)) {
+      warn_of_missing_postprocessing(loaded.rest.postprocessing, loaded.rest.labels.any(),
+                                     command.scene, "render the frames one by one to have them");
+    }
+    Submission submission = std::move(loaded.submission);
+    check_image_size(outputs.image, submission.settings->width, submission.settings->height);
+    submission.max_failures = command.max_failures;
+    if (!command.name.empty()) submission.name = command.name;
+    return submission;
+  };
+  if (command.wait && !outputs.none()) {
+    jobs.deliver = [&](std::uint32_t frame, JobId job) {
+      return fetch_and_write(*client, job, outputs_of(outputs, frame));
+    };
+  }
+  jobs.token = token_of(command);
+  jobs.wait = command.wait;
+  jobs.following = command.following;
+  jobs.image = outputs.image.string();
+  return run_frames(*client, jobs);
 }
 
 int submit(const SubmitCommand& command) {
@@ -103,7 +176,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   options->output.add_denoise_to(command, true);
   options->output.add_labels_to(command, options->render);
   std::array<Option, 3> following = add_following(command, options->following);
-  constexpr const char* frames_group = "Series of frames";
+  command.section("Series of frames");
   const Option frames =
       command
           .option(
@@ -116,33 +189,22 @@ void add_submit(CommandLine& line, Action& chosen) {
               "and are frames of --camera-path. With neither, they are frames of the trajectory "
               "that the scene names (the first is 0). The same command again submits the frames "
               "that are still missing. With --wait, -o name-####.exr writes the pictures")
-          .type_name("FIRST-LAST[:STEP]")
-          .group(frames_group);
-  add_file(command, "--camera-path", options->camera_path,
-           "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. Each camera has "
-           "the keys of a scene's camera. A smooth curve joins them. All frames must lie between "
-           "the first and the last camera")
-      .type_name("FILE.json")
-      .group(frames_group)
-      .needs(frames);
-  Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
-  wait.group(farm_group);
+          .type_name("FIRST-LAST[:STEP]");
+  add_camera_path(command, options->camera_path).needs(frames);
+  command.section(farm_group);
+  const Option wait = command.flag("--wait", options->wait, "Return when the job has ended");
   options->output.image_option().needs(wait);
   options->output.report_option().needs(wait);
   for (Option& option : following) option.needs(wait);
   command.option("--name", options->name, "Name of the job (default: the file name of the scene)")
       .type_name("TEXT")
-      .group(farm_group)
       .forbid_empty();
-  add_whole_number(command, "--priority", 0, 100, options->priority,
-                   "Among your jobs, those with a higher priority are rendered first (default: 50)")
-      .group(farm_group);
+  add_priority(command, options->priority);
   add_whole_number(
       command, "--max-failures", 1, 1000, options->max_failures,
       "The job fails if N machines that trace other parts of it have failed at the same part. It "
       "also fails if all machines have failed there, and they are at least N, or each has at least "
-      "two failures for each of its workers (default: the coordinator's)")
-      .group(farm_group);
+      "two failures for each of its workers (default: the coordinator's)");
   options->farm.add_to(command);
   command.example("parray submit scenes/glass.json", "prints the number of the job and returns");
   command.example(

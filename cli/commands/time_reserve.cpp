@@ -83,10 +83,8 @@ EndingCost ending_cost(const ExtraChannels& extra, const std::string& scene_id) 
   const std::atomic<bool> stop = false;
   const auto traced = render_directly(*tracer, *extra.scene, small.settings, extra.threads, stop);
   small.settings->samples_per_pixel = extra.settings->samples_per_pixel;
-  const auto pixels = [](const RenderSettings& settings) {
-    return static_cast<double>(settings.width) * settings.height;
-  };
-  const double times_as_large = pixels(extra.settings) / pixels(small.settings);
+  const double times_as_large = static_cast<double>(pixel_count(extra.settings)) /
+                                static_cast<double>(pixel_count(small.settings));
   EndingCost least{never_ending, never_ending, never_ending};
   for (int trial = 0; trial < trials; ++trial) {
     Picture picture = picture_of(*traced, scene_id, small.denoise);

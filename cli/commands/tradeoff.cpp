@@ -38,7 +38,7 @@ struct TradeoffCommand {
   std::uint32_t height = 0;
   std::vector<std::string> also;
   RenderOptions none;  ///< no options: the command measures the scene's own settings
-  std::uint32_t threads = 0;
+  std::optional<std::uint32_t> threads;
   bool restart = false;
   bool quiet = false;
   bool as_json = false;
@@ -156,7 +156,7 @@ void write_tables(const tradeoff::TradeoffResults& results, const tradeoff::Meas
 int run(const TradeoffCommand& command) {
   const SceneFile file = load_scene(command.scene, command.none);
   const tradeoff::Request request = request_of(command, file);
-  const int threads = command.threads > 0 ? static_cast<int>(command.threads) : usable_cpus();
+  const auto threads = static_cast<int>(command.threads.value_or(usable_cpus()));
   const DeferredInterrupts deferred;
   tradeoff::MeasurementLog log(
       command.directory,
@@ -219,17 +219,12 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
       "settings)");
   add_real_number(command, "--time-budget", budget_range, options->seconds,
                   "Approximate seconds for all measurements (default: 120)");
-  const auto number = [&](const char* name, std::uint32_t most, std::uint32_t& target,
-                          const char* description) {
-    add_whole_number(command, name, 1, most, target, description);
-  };
-  number(
-      "--width", limits::max_image_side, options->width,
+  add_whole_number(
+      command, "--width", 1, limits::max_image_side, options->width,
       "Pixels across during the measurement (default: the scene's shape, with at most 200 pixels "
       "on the shorter side; the error hardly depends on the number of pixels)");
-  number("--height", limits::max_image_side, options->height, "Pixels down");
-  number("--threads", most_threads, options->threads,
-         "Number of threads that trace (default: all available processors)");
+  add_whole_number(command, "--height", 1, limits::max_image_side, options->height, "Pixels down");
+  add_threads(command, options->threads);
   command
       .option("--also", options->also,
               "Additional settings to measure: options of parray render in quotes, also --denoise. "

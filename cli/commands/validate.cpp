@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -71,6 +72,8 @@ std::string number(const json& value) {
   return value.is_null() ? "unknown" : number_cell(value.get<double>());
 }
 
+std::string count(const json& value) { return std::to_string(value.get<std::uint64_t>()); }
+
 std::string vector_text(const json& v, const char* between) {
   return number(v[0]) + between + number(v[1]) + between + number(v[2]);
 }
@@ -81,12 +84,11 @@ std::string names_text(const json& counts) {
   std::vector<std::pair<std::string, std::uint64_t>> sorted;
   for (const auto& [name, count] : counts.items()) sorted.emplace_back(name, count);
   std::ranges::stable_sort(sorted, std::greater(), [](const auto& pair) { return pair.second; });
-  std::string text;
-  for (std::size_t i = 0; i < std::min(sorted.size(), most); ++i) {
-    text +=
-        (i == 0 ? "" : ", ") + printable(sorted[i].first) + " " + std::to_string(sorted[i].second);
+  std::vector<std::string> shown;
+  for (const auto& [name, times] : std::span(sorted).first(std::min(sorted.size(), most))) {
+    shown.push_back(printable(name) + " " + std::to_string(times));
   }
-  return text + (sorted.size() > most ? ", ..." : "");
+  return joined(shown, ", ") + (sorted.size() > most ? ", ..." : "");
 }
 
 std::string composition_of(const json& report) {
@@ -116,26 +118,24 @@ std::string particle_format(const json& report) {
 }
 
 std::string frames_note(const json& report) {
-  const std::string shown = "frame " + std::to_string(report["frame"].get<std::uint64_t>());
+  const std::string shown = "frame " + count(report["frame"]);
   const std::string time = report.contains("time") ? " at time " + number(report["time"]) : "";
   if (report["frames"].is_null()) return shown + time;
-  return std::to_string(report["frames"].get<std::uint64_t>()) + ", of which " + shown + time +
-         " is shown";
+  return count(report["frames"]) + ", of which " + shown + time + " is shown";
 }
 
 void add_molecules(const json& report, Lines& lines) {
   if (report.contains("residues")) {
     const json names = report.value("residue_names", json::object());
-    lines.emplace_back("residues", std::to_string(report["residues"].get<std::uint64_t>()) +
-                                       (names.empty() ? "" : ": " + names_text(names)));
+    lines.emplace_back("residues",
+                       count(report["residues"]) + (names.empty() ? "" : ": " + names_text(names)));
   }
   if (report.contains("chains")) {
-    lines.emplace_back("chains", std::to_string(report["chain_count"].get<std::uint64_t>()) + ": " +
-                                     names_text(report["chains"]));
+    lines.emplace_back("chains",
+                       count(report["chain_count"]) + ": " + names_text(report["chains"]));
   }
   if (report.contains("bonds")) {
-    lines.emplace_back("bonds",
-                       std::to_string(report["bonds"].get<std::uint64_t>()) + " in the file");
+    lines.emplace_back("bonds", count(report["bonds"]) + " in the file");
   }
 }
 
@@ -188,10 +188,8 @@ std::string note_line(const json& note) {
   return note_text({note["key"], note["count"], note["text"]});
 }
 
-/// Returns the report of a file of particles as pairs of name and value.
 Lines particle_lines(const json& report) {
-  Lines lines{{"particles",
-               std::to_string(report["particles"].get<std::uint64_t>()) + composition_of(report)}};
+  Lines lines{{"particles", count(report["particles"]) + composition_of(report)}};
   add_molecules(report, lines);
   if (!report["frames"].is_null() || report["frame"] > 0) {
     lines.emplace_back("frames", frames_note(report));
@@ -204,7 +202,6 @@ Lines particle_lines(const json& report) {
   return lines;
 }
 
-/// Returns the report in one line.
 std::string particle_line(const json& report) {
   return printable(report["file"].get<std::string>(), 500) + ": " + particle_format(report) + ", " +
          counted(report["particles"], "particle") + composition_of(report);
@@ -255,7 +252,6 @@ json particle_files_of(PackedFile& opened, const SceneFile& file) {
   return list;
 }
 
-/// Returns the output of the command as JSON.
 json facts_of(const ValidateCommand& command) {
   PackedFile opened = PackedFile::of_argument(command.scene);
   const SceneFile file = load_scene(opened, command.render);
@@ -298,11 +294,9 @@ std::string list_of(const json& names) {
 
 std::string origin_text(const json& origin) {
   if (origin == json{0.0, 0.0, 0.0}) return "0, 0, 0";
-  return number(origin[0]) + ", " + number(origin[1]) + ", " + number(origin[2]) +
+  return vector_text(origin, ", ") +
          " (positions are stored relative to this point, the scene's middle)";
 }
-
-std::string count(const json& value) { return std::to_string(value.get<std::uint64_t>()); }
 
 /// Returns the lines about files of particles: the full report in an automatic scene, otherwise one
 /// line per file.
@@ -372,11 +366,7 @@ void print_facts(const json& f) {
 
 int validate(const ValidateCommand& command) {
   const json facts = facts_of(command);
-  if (command.as_json) {
-    print_json(facts);
-  } else {
-    print_facts(facts);
-  }
+  command.as_json ? print_json(facts) : print_facts(facts);
   return 0;
 }
 

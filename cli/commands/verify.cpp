@@ -254,8 +254,7 @@ void add_verify(CommandLine& line, Action& chosen) {
   command.flag("--all", options->all, "Trace every pixel again");
   add_whole_number(command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(), options->seed,
                    "Seed of the choice of pixels (default: random)");
-  add_whole_number(command, "--threads", 1, most_threads, options->threads,
-                   "Number of threads that trace (default: all available processors)");
+  add_threads(command, options->threads);
   add_json(command, options->as_json);
   command.example("parray verify glass.exr", "compares the pixels with the hash in the file");
   command.example("parray verify glass.exr scenes/glass.json", "also traces 299 pixels again");

@@ -19,7 +19,6 @@ struct WorkersCommand {
   bool as_json = false;
 };
 
-/// Checks that an action has a name.
 void check(const WorkersCommand& command) {
   const bool reads = command.action == "show" || command.action == "log";
   if (!command.action.empty() && command.name.empty()) {
@@ -166,7 +165,7 @@ int workers(const WorkersCommand& command) {
                           rows);
   if (rows.empty() && command.action.empty()) {
     std::cerr << "parray: no workers are connected: start parray-worker --coordinator " +
-                     command.farm.address() + "\n";
+                     command.farm.address + "\n";
   }
   return 0;
 }

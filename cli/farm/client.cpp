@@ -56,11 +56,12 @@ Time transfer_time(std::uint64_t bytes) {
   return Time(std::min(bytes, most) * 100);
 }
 
-[[noreturn]] void throw_answered(const msg::Error& error) {
+/// Returns the exception for the coordinator's answer.
+std::exception_ptr refusal_of(const msg::Error& error) {
   const std::string message = printable(error.message, 2000);
-  if (error.later) throw NoRoom(message);
-  if (error.status == 2) throw InputError(message);
-  throw RunError(message);
+  if (error.later) return std::make_exception_ptr(NoRoom(message));
+  if (error.status == 2) return std::make_exception_ptr(InputError(message));
+  return std::make_exception_ptr(RunError(message));
 }
 
 }  // namespace
@@ -90,12 +91,12 @@ JobStatus job_status(const nlohmann::json& map) {
     job.whole = map.value("whole", false);
     job.waits_for = map.value("waits_for", std::string());
     job.warning = map.value("warning", std::string());
-    if (const auto place = map.find("queue_place"); place != map.end() && !place->is_null()) {
-      place->get_to(job.queue_place);
-    }
-    if (const auto seconds = map.find("starts_in"); seconds != map.end() && !seconds->is_null()) {
-      seconds->get_to(job.starts_in);
-    }
+    const auto get_if_known = [&map](const char* key, auto& target) {
+      const nlohmann::json found = map.value(key, nlohmann::json());
+      if (!found.is_null()) found.get_to(target);
+    };
+    get_if_known("queue_place", job.queue_place);
+    get_if_known("starts_in", job.starts_in);
     job.flag = map.value("flag", std::string());
     map.at("sampler").get_to(job.sampler);
     job.frames = map.value("frames", std::uint64_t{0});
@@ -195,17 +196,9 @@ bool Client::note_outcome(const Message& message) {
   if (submitted == nullptr && error == nullptr) return false;
   const auto sent = in_flight_.find(submitted != nullptr ? submitted->request : error->request);
   if (sent == in_flight_.end()) return false;
-  Outcome outcome{std::move(sent->second.submission), 0, nullptr};
-  if (submitted != nullptr) {
-    outcome.job = submitted->job;
-  } else {
-    try {
-      throw_answered(*error);
-    } catch (...) {
-      outcome.refusal = std::current_exception();
-    }
-  }
-  outcomes_.push_back(std::move(outcome));
+  outcomes_.push_back({std::move(sent->second.submission),
+                       submitted != nullptr ? submitted->job : 0,
+                       error != nullptr ? refusal_of(*error) : nullptr});
   bytes_in_flight_ -= sent->second.bytes;
   in_flight_.erase(sent);
   submit_silence_ = {clock_.now()};
@@ -248,13 +241,18 @@ nlohmann::json Client::steer_workers(msg::WorkerAction action, const std::string
   return ask<msg::Workers>(msg::SteerWorkers{0, action, host, name}).workers;
 }
 
-static Picture picture_of(msg::ImageData answer) {
+/// Returns the result of `decode`. Throws RunError if that throws DecodeError.
+static auto decoded(const auto& decode) {
   try {
-    const auto parts = answer.picture.picture(answer.width, answer.height);
-    return {parts->image, parts->statistics, std::move(answer.report)};
+    return decode();
   } catch (const DecodeError& error) {
     throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
   }
+}
+
+static Picture picture_of(msg::ImageData answer) {
+  const auto parts = decoded([&] { return answer.picture.picture(answer.width, answer.height); });
+  return {parts->image, parts->statistics, std::move(answer.report)};
 }
 
 Picture Client::fetch_partial(JobId job) {
@@ -280,21 +278,13 @@ Picture Client::fetch(JobId job, PictureDetail detail) {
 
 Client::JobScene Client::scene(JobId job) {
   const auto answer = ask<msg::SceneData>(msg::FetchScene{0, job});
-  try {
-    return {answer.settings, answer.scene.scene(), answer.drawing};
-  } catch (const DecodeError& error) {
-    throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
-  }
+  return {answer.settings, decoded([&] { return answer.scene.scene(); }), answer.drawing};
 }
 
 Client::JobJournal Client::journal(JobId job) {
   auto answer = ask<msg::JournalData>(msg::FetchJournal{0, job});
-  try {
-    return {std::move(answer.job), std::move(answer.report),
-            std::string(answer.journal.verified())};
-  } catch (const DecodeError& error) {
-    throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
-  }
+  return {std::move(answer.job), std::move(answer.report),
+          decoded([&] { return std::string(answer.journal.verified()); })};
 }
 
 void Client::rest(Time duration) {
@@ -333,16 +323,15 @@ Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
   const Time timeout = options_.timeout + 10 * bulk_time;
   unreadable_.clear();
   Time send_at{};
-  Answer answer;
   for (Silence silence{clock_.now()};;) {
     if (silence.waited >= send_at) {
       link_.send({}, message);
       send_at = silence.waited + repeat;
     }
     wait_a_little((silence.reported ? send_at : std::min(send_at, timeout)) - silence.waited);
-    if (take_answer(answer)) {
+    if (auto answer = take_answer<Answer>()) {
       answered_ = true;
-      return answer;
+      return *std::move(answer);
     }
     note_silence(silence, timeout);
   }
@@ -361,28 +350,27 @@ static void check_bulk(const Answer& answer) {
 }
 
 /// Handles messages that have arrived, until one of them is the answer to the latest request.
-/// Returns whether there is one. Other messages are late answers, or unreadable.
+/// Returns nothing if there is none. Other messages are late answers, or unreadable.
 template <typename Answer>
-bool Client::take_answer(Answer& answer) {
+std::optional<Answer> Client::take_answer() {
+  std::optional<Answer> answer;
   while (auto delivery = link_.receive()) {
-    bool answered = false;
     note_unreadable(unreadable_, [&] {
       Message message = delivery->content.open();
       if (note_outcome(message)) return;
       if (const auto* error = std::get_if<msg::Error>(&message);
           error != nullptr && error->request == request_) {
-        throw_answered(*error);
+        std::rethrow_exception(refusal_of(*error));
       }
       if (auto* found = std::get_if<Answer>(&message);
           found != nullptr && found->request == request_) {
         check_bulk(*found);
         answer = std::move(*found);
-        answered = true;
       }
     });
-    if (answered) return true;
+    if (answer) break;
   }
-  return false;
+  return answer;
 }
 
 std::string Client::silence_text() const {

@@ -174,7 +174,7 @@ class Client {
   template <typename Answer, typename Request>
   Answer ask(Request request, std::uint64_t bulk_bytes = 0);
   template <typename Answer>
-  bool take_answer(Answer& answer);
+  std::optional<Answer> take_answer();
   void receive_outcomes();
   bool note_outcome(const Message& message);
   void repeat_submits(Time now);

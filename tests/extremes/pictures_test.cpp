@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/check/doctor/known_pictures.h"
+#include "cli/check/doctor/extremes.h"
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/settings.h"
 #include "tests/support/extremes.h"

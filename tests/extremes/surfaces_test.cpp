@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "cli/check/doctor/known_pictures.h"
+#include "cli/check/doctor/extremes.h"
 #include "common/scene/settings.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"

@@ -1,6 +1,4 @@
 // The checks of `parray doctor`: each passes on this machine, and each detects its fault.
-#include "cli/check/doctor/doctor_checks.h"
-
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
@@ -16,13 +14,10 @@
 #include <thread>
 #include <utility>
 
+#include "cli/check/doctor/check.h"
 #include "cli/check/doctor/extremes.h"
-#include "cli/check/doctor/floating_point.h"
-#include "cli/check/doctor/libraries.h"
 #include "cli/check/doctor/machine.h"
 #include "cli/check/doctor/messages.h"
-#include "cli/check/doctor/mpi_trial.h"
-#include "cli/check/doctor/sphere_errors.h"
 #include "cli/check/doctor/tracing.h"
 #include "cli/child_process/child_process.h"
 #include "cli/output/processor.h"

@@ -1,5 +1,3 @@
-#include "cli/commands/film_frames.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -7,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/commands/film_encoder.h"
+#include "cli/commands/film_folder.h"
+#include "cli/commands/frame_scenes.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"

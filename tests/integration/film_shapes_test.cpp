@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "cli/commands/film_frames.h"
+#include "cli/commands/frame_scenes.h"
 #include "common/process/command_line.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sphere_groups.h"

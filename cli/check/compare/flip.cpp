@@ -114,7 +114,6 @@ FeatureFilters feature_filters() {
               sampled(radius, [&](int i) { return (i * i / (sigma * sigma) - 1) * gaussian(i); }))};
 }
 
-/// Adds weight * values to sum, for `count` values.
 void add_weighted(float weight, const float* values, std::ptrdiff_t count, float* sum) {
   for (std::ptrdiff_t x = 0; x < count; ++x) sum[x] += weight * values[x];
 }
@@ -135,7 +134,6 @@ Plane filtered_across(const Plane& in, const Filter& filter) {
   return out;
 }
 
-/// Adds the filtered columns of `in` to `out`.
 void add_filtered_down(const Plane& in, const Filter& filter, Plane& out) {
   const auto size = static_cast<std::ptrdiff_t>(filter.size());
   for (std::ptrdiff_t y = 0; y < in.height; ++y) {

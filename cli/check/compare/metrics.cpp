@@ -9,7 +9,6 @@
 namespace parray::compare {
 namespace {
 
-/// Sums over all compared values.
 struct Sums {
   double square = 0;
   double relative_square = 0;
@@ -101,6 +100,28 @@ ErrorMetrics error_metrics(const Image& reference, const Image& image) {
   metrics.worst_x = static_cast<std::uint32_t>(worst % reference.width);
   metrics.worst_y = static_cast<std::uint32_t>(worst / reference.width);
   return metrics;
+}
+
+DifferenceImage::DifferenceImage(const Image& reference)
+    : reference_(reference),
+      sum_{reference.width, reference.height, std::vector<float>(reference.rgb.size())} {}
+
+void DifferenceImage::add(const Image& image) {
+  for (std::size_t i = 0; i < sum_.rgb.size(); ++i) {
+    const float r = reference_.rgb[i];
+    const float f = image.rgb[i];
+    if (r == f || (std::isnan(r) && std::isnan(f))) continue;
+    const float difference = std::abs(r - f);
+    sum_.rgb[i] += std::isnan(difference) ? 1 : difference;
+  }
+}
+
+float DifferenceImage::largest() const { return *std::ranges::max_element(sum_.rgb); }
+
+Image DifferenceImage::drawn() const {
+  Image picture = sum_;
+  for (float& value : picture.rgb) value = std::max(0.0F, 1 - value);
+  return picture;
 }
 
 }  // namespace parray::compare

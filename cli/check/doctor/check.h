@@ -9,7 +9,7 @@
 
 #include "common/rooms.h"
 
-/// A check of `parray doctor`, and its result.
+/// The checks of `parray doctor`, and their results.
 namespace parray::doctor {
 
 enum class CheckStatus : std::uint8_t { ok, warning, failed, skipped };
@@ -47,5 +47,11 @@ CheckResult run(const Check& check);
 
 /// Returns the number of results with that status.
 std::size_t count_of(const std::vector<CheckResult>& results, CheckStatus status);
+
+/// Returns the checks of `parray doctor` in their order, with those of `--extremes` (extremes.h) if
+/// `extremes`. Run the checks in this order: the check "temporary directory" creates a directory in
+/// which later checks write. Without the directory, these are skipped. The directory lasts until
+/// all copies of the checks are destroyed.
+std::vector<Check> doctor_checks(bool extremes);
 
 }  // namespace parray::doctor

@@ -1,28 +1,53 @@
 #include "cli/check/doctor/machine.h"
 
+#include <spdlog/version.h>
+#include <sqlite3.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
+#include <string>
 #include <system_error>
+#include <tuple>
+#include <zmq.hpp>
 
+#include "cli/output/picture/image_file.h"
+#include "cli/output/picture/srgb.h"
 #include "cli/output/processor.h"
 #include "cli/output/text.h"
 #include "common/base/cgroup_limits.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
+#include "common/base/sha256.h"
+#include "common/math/float_mode.h"
 #include "common/scene/requirements.h"
 #include "common/scene/settings.h"
 #include "common/schedule/work_plan.h"
 #include "common/trace/isa.h"
+#include "coordinator/store/disk_store.h"
 #include "proto/window.h"
 
 namespace parray::doctor {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Returns the differences from the default mode of IEEE 754. Empty: none.
+std::string oddities(unsigned control) {
+  std::string text;
+  const auto add = [&](unsigned bits, const char* name) {
+    const bool odd = ((control ^ float_control::ieee) & bits) != 0;
+    if (odd) text += (text.empty() ? "" : ", ") + std::string(name);
+  };
+  add(float_control::denormal_results, "denormal results become 0");
+  add(float_control::denormal_operands, "denormal operands count as 0");
+  add(float_control::rounding, "rounding is not to nearest");
+  add(float_control::exceptions, "exceptions stop the program");
+  return text;
+}
 
 /// Returns a value of /proc/meminfo in bytes. 0: unknown.
 std::uint64_t memory_bytes(const std::string& key) {
@@ -53,6 +78,50 @@ std::string why_not_writable(const fs::path& directory) {
   return written ? "" : std::generic_category().message(error);
 }
 
+std::string dotted(int major, int minor, int patch) {
+  return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
+}
+
+std::string zmq_version_text() {
+  const auto [major, minor, patch] = zmq::version();
+  return dotted(major, minor, patch);
+}
+
+/// Returns a picture with values that a wrong writer would change, by rounding to half precision or
+/// by clamping.
+Image extreme_image() {
+  Image image{64, 32, {}};
+  const std::size_t values = 3UL * image.width * image.height;
+  image.rgb = {0.0F,
+               1.0F,
+               0x1.000002p0F,
+               1e-3F,
+               std::numeric_limits<float>::denorm_min(),
+               std::numeric_limits<float>::max(),
+               65504.5F,
+               1.0F / 3};
+  for (std::uint32_t i = 0; image.rgb.size() < values; ++i) {
+    image.rgb.push_back(static_cast<float>(i * 2654435761U) * 0x1p-30F);
+  }
+  return image;
+}
+
+Image byte_image() {
+  Image image{16, 16, {}};
+  for (int i = 0; i < 256 * 3; ++i) {
+    image.rgb.push_back(static_cast<float>(srgb_decode(static_cast<double>(i % 256) / 255)));
+  }
+  return image;
+}
+
+/// Writes a picture, reads it again, and returns whether all bits are the same.
+bool reads_back(const fs::path& file, const Image& image) {
+  write_image(file, image, {{"Software", "ParRay"}});
+  const Image found = read_image(file).image;
+  return found.width == image.width && found.height == image.height &&
+         image_sha256(found) == image_sha256(image);
+}
+
 }  // namespace
 
 CheckResult check_processor() {
@@ -71,6 +140,34 @@ CheckResult check_processor() {
                  {"instruction_sets", names},
                  {"automatic", name_of(best_isa())}};
   return found;
+}
+
+CheckResult check_float_mode(std::span<const unsigned> found) {
+  std::string odd;
+  std::size_t threads = 0;
+  for (const unsigned control : found) {
+    const std::string here = oddities(control);
+    if (!here.empty()) {
+      odd = here;
+      ++threads;
+    }
+  }
+  if (threads == 0) {
+    return passed("round to nearest, denormals kept, in " + counted(found.size(), "thread"));
+  }
+  return warned(odd + ", in " + std::to_string(threads) + " of " + counted(found.size(), "thread") +
+                    " when they start",
+                "tracing is not affected, because it sets its own mode; look for a library that "
+                "was linked with -ffast-math (LD_PRELOAD?)");
+}
+
+CheckResult check_float_mode() {
+  const int threads = usable_cpus();
+  std::vector<unsigned> found(static_cast<std::size_t>(threads) + 1, float_control::ieee);
+  found[0] = float_control::read();
+#pragma omp parallel for num_threads(threads) schedule(static, 1)
+  for (int i = 0; i < threads; ++i) found[static_cast<std::size_t>(i) + 1] = float_control::read();
+  return check_float_mode(found);
 }
 
 CheckResult check_memory(std::uint64_t available, std::uint64_t total) {
@@ -140,6 +237,61 @@ CheckResult check_shared_memory() {
     return skipped("no /dev/shm: " + problem.message(), "use parray-mpi --mode messages");
   }
   return check_shared_memory(space.available, window_bytes());
+}
+
+CheckResult check_libraries() {
+  const nlohmann::json versions = {
+      {"OpenEXR", exr_library_version()},
+      {"OpenImageIO", image_library_version()},
+      {"ZeroMQ", zmq_version_text()},
+      {"SQLite", sqlite3_libversion()},
+      {"nlohmann-json", dotted(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
+                               NLOHMANN_JSON_VERSION_PATCH)},
+      {"spdlog", dotted(SPDLOG_VER_MAJOR, SPDLOG_VER_MINOR, SPDLOG_VER_PATCH)},
+      {"OpenMP", std::to_string(_OPENMP)}};  // the year and month of its specification
+  std::string text;
+  for (const auto& [name, version] : versions.items()) {
+    text += (text.empty() ? "" : ", ") + name + " " + version.get<std::string>();
+  }
+  CheckResult found = std::get<0>(zmq::version()) == ZMQ_VERSION_MAJOR
+                          ? passed(text)
+                          : failed(text + "; built for ZeroMQ " + std::to_string(ZMQ_VERSION_MAJOR),
+                                   "build ParRay again with the libraries of this machine");
+  found.facts = versions;
+  return found;
+}
+
+CheckResult check_pictures(const fs::path& directory) {
+  const bool exr = reads_back(directory / "trial.exr", extreme_image());
+  const bool png = reads_back(directory / "trial.png", byte_image());
+  if (exr && png) return passed("EXR and PNG files contain the values that were written");
+  return failed(std::string(exr ? "" : "EXR") + (exr || png ? "" : " and ") + (png ? "" : "PNG") +
+                    " files contain other values than were written",
+                std::string("reinstall ") + (exr ? "" : "OpenEXR (Debian: libopenexr-3-1-30)") +
+                    (exr || png ? "" : " and ") + (png ? "" : "libpng (Debian: libpng16-16)"));
+}
+
+CheckResult check_state(const fs::path& directory) {
+  const fs::path place = directory / "state";
+  const std::string bytes(100'000, 'x');
+  const std::string digest = sha256_hex(std::as_bytes(std::span(bytes)));
+  {
+    DiskStore store(place);
+    store.put_scene(digest, bytes);
+    JobRecord job;  // the store may drop a scene that no unfinished job uses
+    job.id = 1;
+    job.token = "doctor";
+    job.name = "doctor";
+    job.scene = digest;
+    store.put_job(job);
+    store.commit();
+  }
+  DiskStore store(place);
+  return store.scene(digest) == bytes
+             ? passed("committed data is there after closing and opening")
+             : failed("committed data is missing after closing and opening",
+                      "if the state of a coordinator is on the file system of TMPDIR, move it to a "
+                      "local disk: SQLite needs working locks and syncs");
 }
 
 }  // namespace parray::doctor

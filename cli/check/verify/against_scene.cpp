@@ -49,7 +49,6 @@ std::vector<RetracedPixel> sources_of(const std::vector<RetracedPixel>& pixels,
   return sorted;
 }
 
-/// Traces the pixels that the colours of `pixels` come from.
 void retrace_sources(const PathTracer& tracer, const RadianceScale& scale,
                      const std::vector<std::uint32_t>& counts, std::uint32_t width,
                      std::vector<RetracedPixel>& pixels, int threads, bool transparent) {
@@ -79,12 +78,6 @@ void retrace_all(const PathTracer& tracer, const RadianceScale& scale,
 
 // ---- Extra channels --------------------------------------------------------------------------
 
-const Channel* channel_of(const VerifiedPicture& picture, std::string_view name) {
-  const auto found = std::ranges::find(picture.file.channels, name, &Channel::name);
-  return found == picture.file.channels.end() ? nullptr : &*found;
-}
-
-/// Returns the extra channels of a file that can be traced from the scene.
 Aovs traced_aovs(const VerifiedPicture& picture) {
   constexpr std::array<std::pair<Aov, std::string_view>, 9> names = {{{Aov::depth, "Z"},
                                                                       {Aov::normal, "N.X"},
@@ -102,7 +95,6 @@ Aovs traced_aovs(const VerifiedPicture& picture) {
   return aovs;
 }
 
-/// Returns the bits of a value of any type.
 std::uint32_t bits_at(const Channel& channel, std::size_t place) {
   return std::visit(
       [place](const auto& values) { return std::bit_cast<std::uint32_t>(values[place]); },

@@ -60,7 +60,25 @@ void take_alpha(VerifiedPicture& picture) {
   }
 }
 
+/// Returns channel `samples`. Null: the file has none.
+const std::vector<std::uint32_t>* samples_in(const VerifiedPicture& picture) {
+  const Channel* const channel = channel_of(picture, samples_channel);
+  return channel == nullptr ? nullptr : std::get_if<std::vector<std::uint32_t>>(&channel->values);
+}
+
+bool same_transparent(const VerifiedPicture& picture, const RetracedPixel& pixel) {
+  const std::array<float, 3> stored = picture.stored(pixel);
+  const float alpha = picture.alpha[std::size_t{pixel.y} * picture.file.image.width + pixel.x];
+  if (picture.file.high_dynamic_range) return stored == pixel.mean && alpha == pixel.alpha;
+  return transparent_bytes(stored, {&alpha, 1}) == transparent_bytes(pixel.mean, {&pixel.alpha, 1});
+}
+
 }  // namespace
+
+const Channel* channel_of(const VerifiedPicture& picture, std::string_view name) {
+  const auto found = std::ranges::find(picture.file.channels, name, &Channel::name);
+  return found == picture.file.channels.end() ? nullptr : &*found;
+}
 
 VerifiedPicture read_verified_picture(const std::string& file, bool traced) {
   VerifiedPicture picture{printable(file, 4096), read_image(file), {}};
@@ -81,20 +99,6 @@ VerifiedPicture read_verified_picture(const std::string& file, bool traced) {
   if (!picture.recipe.denoised_sha256.empty()) take_raw(picture);
   return picture;
 }
-
-namespace {
-
-/// Returns channel `samples`. Null: the file has none.
-const std::vector<std::uint32_t>* samples_in(const VerifiedPicture& picture) {
-  for (const Channel& channel : picture.file.channels) {
-    if (channel.name == samples_channel) {
-      return std::get_if<std::vector<std::uint32_t>>(&channel.values);
-    }
-  }
-  return nullptr;
-}
-
-}  // namespace
 
 std::string misfit_of(const VerifiedPicture& picture) {
   const RenderSettings& settings = picture.recipe.settings;
@@ -128,18 +132,6 @@ std::string damage_of(const VerifiedPicture& picture) {
   }
   return picture.hash() + " does not match the pixels";
 }
-
-namespace {
-
-/// Returns whether the traced pixel has the colour and alpha of the file.
-bool same_transparent(const VerifiedPicture& picture, const RetracedPixel& pixel) {
-  const std::array<float, 3> stored = picture.stored(pixel);
-  const float alpha = picture.alpha[std::size_t{pixel.y} * picture.file.image.width + pixel.x];
-  if (picture.file.high_dynamic_range) return stored == pixel.mean && alpha == pixel.alpha;
-  return transparent_bytes(stored, {&alpha, 1}) == transparent_bytes(pixel.mean, {&pixel.alpha, 1});
-}
-
-}  // namespace
 
 std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture) {
   if (picture.recipe.equal_samples) return {};

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/check/verify/retrace.h"
@@ -43,6 +44,9 @@ struct VerifiedPicture {
 /// the file is unreadable, has no recipe, or lacks something that verification needs. With
 /// `traced`, throws it also if postprocessing drew on the picture.
 VerifiedPicture read_verified_picture(const std::string& file, bool traced);
+
+/// Returns a channel of the file. Null: the file has none of this name.
+const Channel* channel_of(const VerifiedPicture& picture, std::string_view name);
 
 /// Compares the picture's size and total number of samples with its recipe. Returns the difference
 /// as a text, or an empty text if there is none. Without the number of samples of each pixel,

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "cli/check/audit/replay.h"
+#include "cli/check/audit/audit.h"
 #include "cli/output/text.h"
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/rounding_limit.h"

@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "cli/check/audit/audit.h"
-#include "cli/check/audit/replay.h"
-#include "cli/check/audit/time_spent.h"
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "coordinator/jobs/work_map.h"
@@ -182,7 +180,7 @@ TEST_CASE("a simulated pass with even costs takes work divided by threads with e
   for (const SchedulePolicy policy : {SchedulePolicy::static_split, SchedulePolicy::guided,
                                       SchedulePolicy::factoring, SchedulePolicy::weighted}) {
     for (const std::uint32_t copies : {1U, 4U}) {
-      const Replayed replayed = replay_job(entries, {policy, copies});
+      const Replayed replayed = replay_job(entries, policy, copies);
       CHECK(replayed.seconds == doctest::Approx(50.0 / copies).epsilon(0.02));
       CHECK(replayed.efficiency <= 1 + 1e-9);
       CHECK(replayed.efficiency > 0.97);
@@ -197,10 +195,10 @@ TEST_CASE("a simulated picture with an expensive end shows the cost of static le
     one.seconds = i < 75 ? 0.1 : 1;
     entries.emplace_back(one);
   }
-  const double all = replay_job(entries, {SchedulePolicy::weighted, 4}).efficiency;
-  CHECK(replay_job(entries, {SchedulePolicy::static_split, 4}).seconds == doctest::Approx(25));
+  const double all = replay_job(entries, SchedulePolicy::weighted, 4).efficiency;
+  CHECK(replay_job(entries, SchedulePolicy::static_split, 4).seconds == doctest::Approx(25));
   CHECK(all > 0.9);
-  CHECK_THROWS_AS(replay_job({}, {}), RunError);
+  CHECK_THROWS_AS(replay_job({}, SchedulePolicy::weighted, 1), RunError);
 }
 
 TEST_CASE("a simulated pass counts cells that were set back only with their last result") {
@@ -212,11 +210,11 @@ TEST_CASE("a simulated pass counts cells that were set back only with their last
   };
   add(1, {0, 10});
   entries.emplace_back(JournalRetraction{0, 13, {{2, 4}}});
-  CHECK(replay_job(entries, {SchedulePolicy::static_split, 1}).seconds == doctest::Approx(8));
+  CHECK(replay_job(entries, SchedulePolicy::static_split, 1).seconds == doctest::Approx(8));
   add(2, {2, 4});
   for (const SchedulePolicy policy : {SchedulePolicy::static_split, SchedulePolicy::weighted}) {
-    CHECK(replay_job(entries, {policy, 1}).seconds == doctest::Approx(10));
-    CHECK(replay_job(entries, {policy, 1}).efficiency == doctest::Approx(1));
+    CHECK(replay_job(entries, policy, 1).seconds == doctest::Approx(10));
+    CHECK(replay_job(entries, policy, 1).efficiency == doctest::Approx(1));
   }
 }
 

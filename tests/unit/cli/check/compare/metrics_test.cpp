@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "cli/check/compare/difference_image.h"
 #include "tests/support/rooms.h"
 
 namespace parray {

@@ -1,11 +1,9 @@
-// Commands that read a job's journal: audit and replay.
-#include "cli/check/audit/audit.h"
-
+// Commands that read a job's journal: show, audit and replay.
 #include <array>
 #include <iostream>
 #include <memory>
 
-#include "cli/check/audit/replay.h"
+#include "cli/check/audit/audit.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
@@ -25,7 +23,6 @@ struct JournalCommand {
   bool as_json = false;
 };
 
-/// Returns what a person can do about a job without a journal.
 std::string remedy_without_journal(const std::string& state, const std::string& job) {
   if (state == "done") return "the coordinator no longer keeps it: submit the scene again";
   if (state == "paused") return "it begins with the next result: parray resume " + job;
@@ -35,17 +32,41 @@ std::string remedy_without_journal(const std::string& state, const std::string& 
   return "wait for its first result";
 }
 
+std::vector<JournalEntry> decoded(const std::string& journal, std::uint64_t job) {
+  try {
+    return read_journal(journal);
+  } catch (const DecodeError& error) {
+    throw RunError(damaged_journal(job, error.what()));
+  }
+}
+
 std::vector<JournalEntry> entries_of(const Client::JobJournal& journal, std::uint64_t job) {
   if (journal.journal.empty()) {
     const std::string number = std::to_string(job);
     throw InputError("job " + number + " has no journal: " +
                      remedy_without_journal(journal.job.value("state", std::string()), number));
   }
-  try {
-    return read_journal(journal.journal);
-  } catch (const DecodeError& error) {
-    throw RunError(damaged_journal(job, error.what()));
+  return decoded(journal.journal, job);
+}
+
+void print_time_spent(const TimeSpent& spent) {
+  if (spent.threads == 0) return;
+  const auto share = [](double part) { return formatted("%.0f %%", 100 * part); };
+  std::cout << duration_text(spent.seconds) << " with " << counted(spent.threads, "thread")
+            << " of " << counted(spent.workers, "worker") << ": " << share(spent.tracing)
+            << " tracing, " << share(spent.start) << " until they had the scene, "
+            << share(spent.between) << " between leases, " << share(spent.tail) << " at the end\n";
+}
+
+int show(const JournalCommand& command) {
+  FarmClient client(command.farm);
+  const json job = client->show(command.job);
+  print_job(job, command.as_json);
+  const JobStatus status = job_status(job);
+  if (!command.as_json && status.frames == 0 && status.ended()) {
+    print_time_spent(time_spent(decoded(client->journal(command.job).journal, command.job)));
   }
+  return 0;
 }
 
 json audit_to_json(const Audit& audit, const std::string& sha256) {
@@ -107,7 +128,7 @@ int replay(const JournalCommand& command) {
                                       SchedulePolicy::factoring, SchedulePolicy::weighted}) {
     rows.push_back({std::string(name_of(policy))});
     for (const std::uint32_t times : copies) {
-      const Replayed replayed = replay_job(journal, {policy, times});
+      const Replayed replayed = replay_job(journal, policy, times);
       rows.back().push_back(duration_text(replayed.seconds) + ", " +
                             formatted("%.0f %%", 100 * replayed.efficiency));
       document.push_back({{"schedule", name_of(policy)},
@@ -138,6 +159,11 @@ void add_command(CommandLine& line, Action& chosen, const char* name, const char
 }
 
 }  // namespace
+
+void add_show(CommandLine& line, Action& chosen) {
+  add_command(line, chosen, "show", "Show one job",
+              "prints its state, its error so far, what it waits for, and its history", show);
+}
 
 void add_journal_commands(CommandLine& line, Action& chosen) {
   add_command(
