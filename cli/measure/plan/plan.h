@@ -24,7 +24,7 @@ class FarmModel {
 
   /// Returns the farm's seconds for tracing that takes `wall` seconds here, in `passes` equal
   /// passes with `samples` per pixel in total. Replays the coordinator's lease rules in virtual
-  /// time (cli/check/audit/replay.h), with the same cost for every cell. Leaves out the network,
+  /// time (cli/check/audit/audit.h), with the same cost for every cell. Leaves out the network,
   /// the scene's transfer and the coordinator's own work.
   [[nodiscard]] double seconds(double wall, double samples, int passes) const;
 
