@@ -218,12 +218,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
 /// Reads DCD (CHARMM, NAMD, X-PLOR, LAMMPS) in both byte orders, with fixed atoms and all forms of
 /// the cell. Format: CHARMM documentation, "dynamc", trajectory files. The number of a frame's step
 /// is its time.
-constinit const ParticleFormat dcd_format{.name = "DCD",
-                                          .extensions = {".dcd"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_dcd,
-                                          .read = read_frame<DcdFrames>,
-                                          .holds = ParticleFormat::Holds::positions};
+constinit const ParticleFormat dcd_format = frames_in_angstrom<DcdFrames>(
+    "DCD", {".dcd"}, looks_like_dcd, ParticleFormat::Holds::positions);
 
 }  // namespace parray::input

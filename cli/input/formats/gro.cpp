@@ -177,11 +177,7 @@ class GroFrames final : public FramesOf<ParticleInput> {
 /// Reads GRO of GROMACS (manual.gromacs.org, "gro") in any precision, with several frames. Converts
 /// positions from nm to angstrom, so that van der Waals radii fit. Converts velocities (vx, vy, vz)
 /// to angstrom per picosecond. The box becomes the cell. "t=" in the title is the time.
-constinit const ParticleFormat gro_format{.name = "GRO",
-                                          .extensions = {".gro"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_gro,
-                                          .read = read_frame<GroFrames>};
+constinit const ParticleFormat gro_format =
+    frames_in_angstrom<GroFrames>("GRO", {".gro"}, looks_like_gro);
 
 }  // namespace parray::input

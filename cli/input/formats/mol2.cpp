@@ -183,11 +183,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
 
 /// Reads MOL2 ("Tripos Mol2 File Format", 2009). Molecules are frames, CRYSIN is the cell. Numbers:
 /// charge. Types are those of SYBYL or any other text.
-constinit const ParticleFormat mol2_format{.name = "MOL2",
-                                           .extensions = {".mol2"},
-                                           .frames = true,
-                                           .in_angstrom = true,
-                                           .confidence = looks_like_mol2,
-                                           .read = read_frame<Mol2Frames>};
+constinit const ParticleFormat mol2_format =
+    frames_in_angstrom<Mol2Frames>("MOL2", {".mol2"}, looks_like_mol2);
 
 }  // namespace parray::input

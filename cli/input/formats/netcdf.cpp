@@ -340,12 +340,8 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
 }  // namespace
 
 /// Reads trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
-constinit const ParticleFormat netcdf_format{.name = "AMBER NetCDF",
-                                             .extensions = {".nc", ".ncdf", ".ncrst"},
-                                             .frames = true,
-                                             .in_angstrom = true,
-                                             .confidence = looks_like_netcdf,
-                                             .read = read_frame<NetcdfFrames>,
-                                             .holds = ParticleFormat::Holds::positions};
+constinit const ParticleFormat netcdf_format =
+    frames_in_angstrom<NetcdfFrames>("AMBER NetCDF", {".nc", ".ncdf", ".ncrst"}, looks_like_netcdf,
+                                     ParticleFormat::Holds::positions);
 
 }  // namespace parray::input

@@ -314,20 +314,12 @@ constinit const ParticleFormat pdb_format{.name = "PDB",
                                           .read = read_frame<PdbFrames<pdb_dialect>>};
 
 /// Reads PDBQT of AutoDock: like PDB, with AutoDock's types and partial charges.
-constinit const ParticleFormat pdbqt_format{.name = "PDBQT",
-                                            .extensions = {".pdbqt"},
-                                            .frames = true,
-                                            .in_angstrom = true,
-                                            .confidence = looks_like_pdbqt,
-                                            .read = read_frame<PdbFrames<pdbqt_dialect>>};
+constinit const ParticleFormat pdbqt_format =
+    frames_in_angstrom<PdbFrames<pdbqt_dialect>>("PDBQT", {".pdbqt"}, looks_like_pdbqt);
 
 /// Reads PQR: like PDB, with radii and partial charges and with blanks between fields. A radius of
 /// 0 becomes the van der Waals radius.
-constinit const ParticleFormat pqr_format{.name = "PQR",
-                                          .extensions = {".pqr"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_pqr,
-                                          .read = read_frame<PdbFrames<pqr_dialect>>};
+constinit const ParticleFormat pqr_format =
+    frames_in_angstrom<PdbFrames<pqr_dialect>>("PQR", {".pqr"}, looks_like_pqr);
 
 }  // namespace parray::input

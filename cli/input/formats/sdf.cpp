@@ -233,11 +233,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
 
 /// Reads MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are
 /// its frames. Names and types are the symbols. Numbers: charge (formal).
-constinit const ParticleFormat sdf_format{.name = "SDF",
-                                          .extensions = {".sdf", ".mol", ".sd"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_sdf,
-                                          .read = read_frame<SdfFrames>};
+constinit const ParticleFormat sdf_format =
+    frames_in_angstrom<SdfFrames>("SDF", {".sdf", ".mol", ".sd"}, looks_like_sdf);
 
 }  // namespace parray::input

@@ -435,20 +435,10 @@ class TrrFrames final : public FramesOf<BinaryInput> {
 
 }  // namespace
 
-constinit const ParticleFormat xtc_format{.name = "XTC",
-                                          .extensions = {".xtc"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_xtc,
-                                          .read = read_frame<XtcFrames>,
-                                          .holds = ParticleFormat::Holds::positions};
+constinit const ParticleFormat xtc_format = frames_in_angstrom<XtcFrames>(
+    "XTC", {".xtc"}, looks_like_xtc, ParticleFormat::Holds::positions);
 
-constinit const ParticleFormat trr_format{.name = "TRR",
-                                          .extensions = {".trr"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_trr,
-                                          .read = read_frame<TrrFrames>,
-                                          .holds = ParticleFormat::Holds::positions};
+constinit const ParticleFormat trr_format = frames_in_angstrom<TrrFrames>(
+    "TRR", {".trr"}, looks_like_trr, ParticleFormat::Holds::positions);
 
 }  // namespace parray::input

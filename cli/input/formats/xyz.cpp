@@ -309,11 +309,7 @@ class XyzFrames final : public FramesOf<ParticleInput> {
 /// Z), pos, type, radius and color. Colours are linear from 0 to 1 (type R) or 8-bit sRGB (type I).
 /// Other properties are numbers on request: vectors as name_x, name_y, name_z, and their length as
 /// name. Lattice, Origin and pbc are the cell. Time or, without it, the step is the time.
-constinit const ParticleFormat xyz_format{.name = "XYZ",
-                                          .extensions = {".xyz", ".extxyz"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_xyz,
-                                          .read = read_frame<XyzFrames>};
+constinit const ParticleFormat xyz_format =
+    frames_in_angstrom<XyzFrames>("XYZ", {".xyz", ".extxyz"}, looks_like_xyz);
 
 }  // namespace parray::input
