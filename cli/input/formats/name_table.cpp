@@ -8,15 +8,15 @@
 
 namespace parray::input {
 
-void NameTable::add(const NamedAtom& atom) {
+void NameTable::add(const Atom& atom, double charge, double mass) {
   names_.add(atom.name, place_);
   types_.add(atom.type, place_);
   residues_.add(atom.residue_name, place_);
   chains_.add(atom.chain, place_);
   residue_numbers_.push_back(atom.residue_number);
-  insertions_.push_back(atom.insertion);
-  charges_.push_back(atom.charge);
-  masses_.push_back(atom.mass);
+  insertions_.set(masses_.size(), atom.insertion);
+  charges_.push_back(charge);
+  masses_.push_back(mass);
 }
 
 /// Guesses elements. Particles lighter than any atom are virtual sites or the shells of polarizable
@@ -36,12 +36,9 @@ std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) cons
     const bool site = is_virtual_site(residues_.column().of(i), names_.column().of(i), 0);
     unknown += elements[i] == 0 && !site ? 1 : 0;
   }
-  const auto note = [&facts](std::uint64_t count, const std::string& how) {
-    if (count > 0) facts.notes.push_back(guessed_elements_note(count, how));
-  };
-  note(by_mass, "guessed from masses");
-  note(by_name, "guessed from names of atoms and residues");
-  if (unknown > 0) facts.notes.push_back(unknown_elements_note(unknown));
+  add_note(facts.notes, guessed_elements_note(by_mass, "guessed from masses"));
+  add_note(facts.notes, guessed_elements_note(by_name, "guessed from names of atoms and residues"));
+  add_note(facts.notes, unknown_elements_note(unknown));
   return elements;
 }
 
@@ -57,8 +54,7 @@ Particles NameTable::finish(const ParticleRequest& request, std::vector<std::uin
   particles.residue_names = residues_.finish();
   particles.chains = chains_.finish();
   particles.residue_numbers = std::move(residue_numbers_);
-  const bool inserted = std::ranges::any_of(insertions_, [](char code) { return code != ' '; });
-  if (inserted) particles.insertion_codes = std::move(insertions_);
+  particles.insertion_codes = insertions_.values(particles.count());
   if (request.wants("charge")) particles.numbers.push_back({"charge", std::move(charges_)});
   if (request.wants("mass")) particles.numbers.push_back({"mass", std::move(masses_)});
   return particles;

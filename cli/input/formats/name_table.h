@@ -1,25 +1,13 @@
 #pragma once
 
-#include <string_view>
 #include <vector>
 
+#include "cli/input/formats/atom_columns.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/particles.h"
 
 namespace parray::input {
-
-/// An atom in a file with names but without positions.
-struct NamedAtom {
-  std::string_view name{};
-  std::string_view type{};
-  std::string_view residue_name{};
-  std::string_view chain{};
-  std::int32_t residue_number = 0;
-  char insertion = ' ';
-  double charge = 0;  ///< elementary charges; NaN: not known
-  double mass = 0;    ///< atomic mass units; NaN: not known
-};
 
 /// Collects the atoms of a topology file.
 class NameTable {
@@ -27,7 +15,9 @@ class NameTable {
   /// `place` is the position of the reader and must outlive this object.
   explicit NameTable(const FilePlace& place) : place_(place) {}
 
-  void add(const NamedAtom& atom);
+  /// Adds an atom by its names, numbers and type. `charge`: elementary charges; NaN: not known.
+  /// `mass`: atomic mass units; NaN: not known.
+  void add(const Atom& atom, double charge, double mass);
   /// Returns the atoms with all positions 0. `elements`: one atomic number per atom. If it is
   /// empty, the elements come from the masses. An atom whose mass belongs to no element gets its
   /// element from the names, unless its mass is below 1. Notes count these guesses. Adds the
@@ -44,7 +34,7 @@ class NameTable {
   NameIndex residues_;
   NameIndex chains_;
   std::vector<std::int32_t> residue_numbers_;
-  std::vector<char> insertions_;
+  SparseColumn<char> insertions_{' '};
   std::vector<double> charges_;
   std::vector<double> masses_;
 };

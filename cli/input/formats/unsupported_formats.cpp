@@ -48,56 +48,53 @@ struct Unsupported {
 };
 
 struct Signature {
-  std::string_view bytes;
-  std::size_t at;
   Unsupported format;
+  std::string_view bytes;
+  std::size_t at = 0;
 };
 
 // Signatures from the public descriptions of the formats.
 constexpr auto signatures = std::to_array<Signature>({
-    {"\x89PNG\r\n", 0, {"a PNG picture", picture}},
-    {"\xff\xd8\xff", 0, {"a JPEG picture", picture}},
-    {"\x76\x2f\x31\x01", 0, {"an EXR picture", picture}},
-    {"%PDF-", 0, {"a PDF document", picture}},
-    {"\x7f\x45LF", 0, {"a program", picture}},
-    {"SQLite format 3",
-     0,
-     {"an SQLite database",
-      "'python3 -m parray render FILE' reads a database of ASE (.db) with ASE"}},
-    {"\x93NUMPY", 0, {"a NumPy array", by_numpy}},
-    {"ustar", 257, {"a tar archive", unpack_it}},
-    {"\x1f\x8b", 0, {"data packed twice", packed}},
-    {"\x28\xb5\x2f\xfd", 0, {"data packed twice", packed}},
-    {"\xfd\x37zXZ", 0, {"data packed twice", packed}},
-    {"BZh", 0, {"data packed twice", packed}},
-    {"\x04\x22\x4d\x18", 0, {"data packed by lz4", packed}},
-    {"glTF", 0, {"a glTF mesh", mesh}},
-    {"OFF", 0, {"an OFF mesh", mesh}},
-    {"LASF", 0, {"a LAS or LAZ point cloud", by_laspy}},
-    {"# .PCD", 0, {"a PCD point cloud", to_ply}},
-    {"SIMPLE  =", 0, {"a FITS file", by_astropy}},
-    {"PAR1", 0, {"a Parquet table", by_pyarrow}},
-    {"ARROW1", 0, {"a Feather table", by_pyarrow}},
-    {"FEA1", 0, {"a Feather table", by_pyarrow}},
-    {"- of Ulm", 0, {"an ASE trajectory", by_ase}},
-    {"# vtk DataFile", 0, {"a VTK file", by_ovito}},
-    {"version https://git-lfs.github.com/spec",
-     0,
-     {"a Git LFS pointer", "fetch the file itself with git lfs pull"}},
-    {"LAMMPS (", 0, {"a log of LAMMPS", "name the dump file of that run"}},
-    {"!BIOSYM", 0, {"a BIOSYM archive", convert}},
-    {"LammpS RestartT",
-     0,
-     {"a restart file of LAMMPS",
-      "convert it to a data file or a dump (lmp -restart2data, -restart2dump)"}},
-    {"DUMPCUSTOM", 8, {"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}},
-    {"DUMPATOM", 8, {"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}},
-    {"---\ncreator: LAMMPS", 0, {"a YAML dump of LAMMPS", "write text with dump custom"}},
-    {"Number of particles = ", 0, {"an AtomEye CFG file", by_ase}},
-    {"mmtfVersion", 4, {"an MMTF file", by_mdanalysis}},
-    {"GENERAL INFO", 40, {"a TNG trajectory", convert}},
-    {"\xff\xfe", 0, {"UTF-16 text", utf16}},
-    {"\xfe\xff", 0, {"UTF-16 text", utf16}},
+    {{"a PNG picture", picture}, "\x89PNG\r\n"},
+    {{"a JPEG picture", picture}, "\xff\xd8\xff"},
+    {{"an EXR picture", picture}, "\x76\x2f\x31\x01"},
+    {{"a PDF document", picture}, "%PDF-"},
+    {{"a program", picture}, "\x7f\x45LF"},
+    {{"an SQLite database",
+      "'python3 -m parray render FILE' reads a database of ASE (.db) with ASE"},
+     "SQLite format 3"},
+    {{"a NumPy array", by_numpy}, "\x93NUMPY"},
+    {{"a tar archive", unpack_it}, "ustar", 257},
+    {{"data packed twice", packed}, "\x1f\x8b"},
+    {{"data packed twice", packed}, "\x28\xb5\x2f\xfd"},
+    {{"data packed twice", packed}, "\xfd\x37zXZ"},
+    {{"data packed twice", packed}, "BZh"},
+    {{"data packed by lz4", packed}, "\x04\x22\x4d\x18"},
+    {{"a glTF mesh", mesh}, "glTF"},
+    {{"an OFF mesh", mesh}, "OFF"},
+    {{"a LAS or LAZ point cloud", by_laspy}, "LASF"},
+    {{"a PCD point cloud", to_ply}, "# .PCD"},
+    {{"a FITS file", by_astropy}, "SIMPLE  ="},
+    {{"a Parquet table", by_pyarrow}, "PAR1"},
+    {{"a Feather table", by_pyarrow}, "ARROW1"},
+    {{"a Feather table", by_pyarrow}, "FEA1"},
+    {{"an ASE trajectory", by_ase}, "- of Ulm"},
+    {{"a VTK file", by_ovito}, "# vtk DataFile"},
+    {{"a Git LFS pointer", "fetch the file itself with git lfs pull"},
+     "version https://git-lfs.github.com/spec"},
+    {{"a log of LAMMPS", "name the dump file of that run"}, "LAMMPS ("},
+    {{"a BIOSYM archive", convert}, "!BIOSYM"},
+    {{"a restart file of LAMMPS",
+      "convert it to a data file or a dump (lmp -restart2data, -restart2dump)"},
+     "LammpS RestartT"},
+    {{"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}, "DUMPCUSTOM", 8},
+    {{"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}, "DUMPATOM", 8},
+    {{"a YAML dump of LAMMPS", "write text with dump custom"}, "---\ncreator: LAMMPS"},
+    {{"an AtomEye CFG file", by_ase}, "Number of particles = "},
+    {{"an MMTF file", by_mdanalysis}, "mmtfVersion", 4},
+    {{"a TNG trajectory", convert}, "GENERAL INFO", 40},
+    {{"UTF-16 text", utf16}, "\xff\xfe"},
+    {{"UTF-16 text", utf16}, "\xfe\xff"},
 });
 
 /// Returns whether a text with two or four bytes per character begins with a brace (UTF-16 or
@@ -141,24 +138,25 @@ bool is_obj(const FileStart& start) {
   return 3 <= std::ranges::count_if(start.lines(), is_vertex);
 }
 
-/// Returns whether a line begins with the word, in any letter case.
-bool has_keyword(const FileStart& start, std::string_view keyword) {
-  return std::ranges::any_of(start.lines(), [&](std::string_view line) {
-    const auto words = words_of(line);
-    return !words.empty() && lower_case(words[0]) == keyword;
+/// Returns how many of the words begin a line, in any letter case.
+std::ptrdiff_t count_keywords(const FileStart& start,
+                              std::initializer_list<std::string_view> keywords) {
+  return std::ranges::count_if(keywords, [&](std::string_view keyword) {
+    return std::ranges::any_of(start.lines(), [&](std::string_view line) {
+      const auto words = words_of(line);
+      return !words.empty() && lower_case(words[0]) == keyword;
+    });
   });
 }
 
 bool is_input_of_lammps(const FileStart& start) {
-  constexpr std::array<std::string_view, 12> commands{
-      "units",      "atom_style", "pair_style", "pair_coeff", "read_data",   "read_restart",
-      "create_box", "lattice",    "boundary",   "dimension",  "atom_modify", "neigh_modify"};
-  return 3 <= std::ranges::count_if(
-                  commands, [&](std::string_view word) { return has_keyword(start, word); });
+  return count_keywords(start, {"units", "atom_style", "pair_style", "pair_coeff", "read_data",
+                                "read_restart", "create_box", "lattice", "boundary", "dimension",
+                                "atom_modify", "neigh_modify"}) >= 3;
 }
 
 bool is_gromos96(const FileStart& start) {
-  return trimmed(start.line(0)) == "TITLE" && has_keyword(start, "position");
+  return trimmed(start.line(0)) == "TITLE" && count_keywords(start, {"position"}) == 1;
 }
 
 /// Recognises CHARMM coordinates: titles that begin with a star, and a count.
@@ -189,12 +187,12 @@ bool is_molecule_template(const FileStart& start) {
     const auto words = words_of(line);
     return words.size() >= 2 && is_natural(words[0]) && words[1] == "atoms";
   };
-  return has_keyword(start, "coords") && std::ranges::any_of(start.lines(), counts_atoms);
+  return count_keywords(start, {"coords"}) == 1 && std::ranges::any_of(start.lines(), counts_atoms);
 }
 
 /// Recognises XTL: a title, a cell, and atoms with fractional coordinates.
 bool is_xtl(const FileStart& start) {
-  return has_keyword(start, "title") && has_keyword(start, "cell") && has_keyword(start, "atoms");
+  return count_keywords(start, {"title", "cell", "atoms"}) == 3;
 }
 
 /// Recognises XSF and AXSF (xcrysden.org/doc/XSF.html), in which comments begin with #.
@@ -227,8 +225,7 @@ bool is_cube(const FileStart& start) {
 
 /// Recognises PCD without its first comment.
 bool is_pcd(const FileStart& start) {
-  return has_keyword(start, "fields") && has_keyword(start, "points") &&
-         has_keyword(start, "data") && has_keyword(start, "version");
+  return count_keywords(start, {"fields", "points", "data", "version"}) == 4;
 }
 
 /// A text without a signature. The first matching shape counts.
@@ -303,11 +300,6 @@ Unsupported format_of_hdf5(std::string_view extension) {
   return {"a netCDF-4 file", "convert it to netCDF-3 with nccopy -k 64-bit-offset"};
 }
 
-Unsupported format_of_binary(const FileStart& start, std::string_view extension) {
-  if (is_wide_json(start)) return {"UTF-16 text", utf16};
-  return extension == ".stl" ? Unsupported{"an STL mesh", mesh} : Unsupported{};
-}
-
 Unsupported format_of(const FileStart& start, const std::filesystem::path& name) {
   const std::string extension = lower_case(name.extension().string());
   if (is_binary_cif(start)) {
@@ -318,7 +310,9 @@ Unsupported format_of(const FileStart& start, const std::filesystem::path& name)
   for (const Signature& known : signatures) {
     if (start.has(known.bytes, known.at)) return known.format;
   }
-  if (is_wide_json(start) || !start.is_text()) return format_of_binary(start, extension);
+  if (is_wide_json(start)) return {"UTF-16 text", utf16};
+  if (!start.is_text() && extension == ".stl") return {"an STL mesh", mesh};
+  if (!start.is_text()) return {};
   for (const Shape& known : shapes) {
     if (known.fits(start)) return known.format;
   }
