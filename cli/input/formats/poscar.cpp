@@ -54,8 +54,7 @@ char first_letter(std::string_view line) {
 /// Returns whether the line begins a frame of XDATCAR: "Direct configuration=     1".
 bool is_configuration(std::string_view line) {
   constexpr std::string_view letters = "cdk";
-  const char first = first_letter(line);
-  return first != '\0' && letters.find(first) != std::string_view::npos &&
+  return letters.find(first_letter(line)) < letters.size() &&
          lower_case(line).find("configuration=") != std::string::npos;
 }
 
@@ -70,8 +69,7 @@ Confidence looks_like_poscar(const FileStart& start) {
   if (!are_counts(words_before_comment(start.line(counts)))) return Confidence::none;
   if (leading_numbers(start.line(counts + 1)) > 0) return Confidence::none;  // a table of numbers
   constexpr std::string_view modes = "scdk";
-  const char mode = first_letter(start.line(counts + 1));
-  const bool known = mode != '\0' && modes.find(mode) != std::string_view::npos;
+  const bool known = modes.find(first_letter(start.line(counts + 1))) < modes.size();
   return known ? Confidence::certain : Confidence::likely;
 }
 
@@ -158,14 +156,6 @@ class PoscarHeaderReader {
     input_.fail_incomplete("the file ends within its header");
   }
 
-  Vec3d take_vector(const char* remedy) {
-    const LineWords words = words_of(input_.line());
-    if (words.size() < 3) {
-      input_.fail(std::to_string(words.size()) + " numbers, but 3 are needed: " + remedy);
-    }
-    return position_field(words, 0, input_.place());
-  }
-
   /// Reads the scale and the edges. A negative scale is the volume of the cell.
   void read_lattice() {
     next_line();
@@ -188,7 +178,12 @@ class PoscarHeaderReader {
     }
     for (Vec3d& edge : header_.edges) {
       next_line();
-      edge = take_vector("write a vector of the lattice");
+      const LineWords vector = words_of(input_.line());
+      if (vector.size() < 3) {
+        input_.fail(std::to_string(vector.size()) +
+                    " numbers, but 3 are needed: write a vector of the lattice");
+      }
+      edge = position_field(vector, 0, input_.place());
     }
     const auto& [a, b, c] = header_.edges;
     const double volume = std::abs(dot(a, cross(b, c)));
@@ -297,11 +292,7 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
       const std::string_view species = species_of_row(header_.species[number]);
       const std::uint8_t element =
           header_.named || named_by_rows_ ? atomic_number_of(symbol_in(species)) : 0;
-      if (element == 0) {
-        columns.unknown_element();
-      } else {
-        columns.element(element);
-      }
+      element == 0 ? columns.unknown_element() : columns.element(element);
       columns.type(species);
     }
   }

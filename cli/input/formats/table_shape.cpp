@@ -92,8 +92,7 @@ bool is_counted(const FileStart& start, const std::vector<Line>& rows, char sepa
   if (rows.size() < 2 || rows[1].place != rows[0].place + 1) return false;
   if (rows.size() > 2 && !has_numbers(rows[2].text, separator, columns)) return false;
   if (!may_be_xyz(rows, separator, columns)) return true;
-  const bool complete = start.whole();
-  return complete && natural_in(rows[0].text) == rows.size() - 1;
+  return start.whole() && natural_in(rows[0].text) == rows.size() - 1;
 }
 
 /// Finds the header that pandas writes for columns without names, 0, 1, 2 and so on, maybe after

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "cli/input/formats/format_table.h"
+#include "cli/input/formats/notes.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/formats/table_shape.h"
 #include "cli/input/particles/cell.h"
@@ -18,16 +19,14 @@ namespace {
 
 Confidence looks_like_xyz(const FileStart& start) {
   if (!is_natural(trimmed(start.line(0)))) return Confidence::none;
-  if (lower_case(start.line(1)).find("properties=") != std::string::npos) {
-    return Confidence::certain;
-  }
+  const std::string comment = lower_case(start.line(1));
+  if (comment.find("properties=") < comment.size()) return Confidence::certain;
   if (is_counted_table(start)) return Confidence::none;
   const bool next_frame = is_natural(trimmed(start.line(2)));  // after a frame without particles
-  const std::vector<std::string_view> words = words_of(start.line(2));
+  const Fields words = words_of(start.line(2));
   const bool has_position =
       words.size() >= 4 && std::all_of(words.begin() + 1, words.begin() + 4, is_number);
-  if (next_frame || has_position) return Confidence::likely;
-  return Confidence::possible;
+  return next_frame || has_position ? Confidence::likely : Confidence::possible;
 }
 
 /// The layout of the rows in a frame.
@@ -141,12 +140,8 @@ std::string_view value_of(std::string_view comment, std::string_view key) {
 
 /// Parses the numbers of a value. Returns none if one of them is not a number.
 std::vector<double> numbers_in(std::string_view value) {
-  std::string text(value);
-  std::ranges::replace(text, ',', ' ');
-  Fields fields;
-  split_at_blanks(text, fields);
   std::vector<double> numbers;
-  for (const std::string_view field : fields) {
+  for (const std::string_view field : words_of(value, " \t,")) {
     const std::optional<double> number = number_in(field);
     if (!number) return {};
     numbers.push_back(*number);
@@ -177,8 +172,7 @@ std::optional<ParticleCell> xyz_cell(std::string_view comment) {
   const auto edge = [&](std::size_t i) { return Vec3d{edges[i], edges[i + 1], edges[i + 2]}; };
   ParticleCell cell{{}, {edge(0), edge(3), edge(6)}};
   if (origin.size() == 3) cell.origin = {origin[0], origin[1], origin[2]};
-  Fields periodic;
-  split_at_blanks(value_of(comment, "pbc="), periodic);
+  const Fields periodic = words_of(value_of(comment, "pbc="));
   for (std::size_t i = 0; periodic.size() == 3 && i < 3; ++i) {
     cell.periodic.at(i) =
         !periodic[i].starts_with('F') && !periodic[i].starts_with('f') && periodic[i] != "0";
@@ -217,25 +211,19 @@ bool count_from_one(const std::vector<std::string>& names) {
   return numbers.size() == names.size();
 }
 
-bool are_numbers(const std::vector<std::string>& names) {
-  return std::ranges::all_of(names, [](const auto& name) { return natural_in(name).has_value(); });
-}
-
 /// Decides whether numbers in place of elements are types. LAMMPS writes numbers of types there.
 /// Numbers are types if the comment is that of LAMMPS, or if they go from 1 on without a gap,
 /// because no system contains all of H, He, Li. Other numbers are atomic numbers.
 void distinguish_types_from_elements(std::string_view comment, Particles& particles) {
   const std::vector<std::string>& names = particles.types.names;
   if (particles.elements.empty() || names.empty()) return;
-  const bool types = is_lammps_comment(comment) ? are_numbers(names) : count_from_one(names);
+  const bool types =
+      is_lammps_comment(comment) ? std::ranges::all_of(names, is_natural) : count_from_one(names);
   if (!types) {
-    const auto numbers = std::ranges::count_if(particles.types.index, [&](std::uint32_t name) {
-      return natural_in(names[name]).has_value();
-    });
-    if (numbers > 0) {
-      particles.facts.notes.push_back(
-          guessed_elements_note(static_cast<std::uint64_t>(numbers), "given by atomic numbers"));
-    }
+    const auto numbers = std::ranges::count_if(
+        particles.types.index, [&](std::uint32_t name) { return is_natural(names[name]); });
+    add_note(particles.facts.notes,
+             guessed_elements_note(static_cast<std::uint64_t>(numbers), "given by atomic numbers"));
     return;
   }
   particles.elements = {};
