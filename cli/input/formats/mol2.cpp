@@ -58,9 +58,8 @@ std::optional<std::uint8_t> element_of_gaff_type(std::string_view type) {
 /// of other force fields (AMBER's "CA", "opls_135"); the atom's name must decide.
 std::optional<std::uint8_t> element_of_type(std::string_view type) {
   const std::string_view symbol = type.substr(0, type.find('.'));
-  for (const std::string_view none : {"Du", "LP", "Any", "Hal", "Het", "Hev"}) {
-    if (symbol == none) return 0;
-  }
+  constexpr std::array<std::string_view, 6> none{"Du", "LP", "Any", "Hal", "Het", "Hev"};
+  if (place_in(none, symbol)) return 0;
   if (symbol.empty()) return {};
   if (ascii::is_lower(symbol[0])) return element_of_gaff_type(type);
   const bool sybyl = symbol.size() == 1 || ascii::is_lower(symbol[1]);
@@ -149,8 +148,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
       atom.residue_number = number ? *number : residue_number_in(words_[6]).value_or(0);
     }
     atoms.add(atom);
-    const auto charge = words_.size() > 8 ? number_in(words_[8]) : std::nullopt;
-    atoms.numbers({{charge.value_or(not_known)}});
+    atoms.numbers({{words_.size() > 8 ? number_or_nan(words_[8]) : not_known}});
   }
 
   /// Adds the bond in a row: number, two atoms in the order of the file, type. "nc" means that the

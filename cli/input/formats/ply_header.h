@@ -14,9 +14,6 @@ enum class PlyFormat : std::uint8_t { ascii, little_endian, big_endian };
 
 enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// Returns the size of a value in a binary file, in bytes.
-std::size_t size_of(PlyType type);
-
 struct PlyProperty {
   std::string name;
   PlyType type{};                    ///< type of the value, or of each value of a list

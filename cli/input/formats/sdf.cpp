@@ -47,8 +47,7 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
   if (x && y && z && !symbol.empty()) {
     return {{*x, *y, *z}, symbol, charge_of_code(field_at(line, 36, 3))};
   }
-  std::vector<std::string_view> words;
-  split_at_blanks(line, words);
+  const std::vector<std::string_view> words = words_of(line);
   if (words.size() < 4 || is_number(words[3])) {  // a number: the line is a bond
     place.fail(
         "the line needs x, y, z and a symbol: check the number of atoms in the molecule's fourth "
