@@ -137,9 +137,6 @@ class CifSites {
   Particles finish(Crystal& crystal);
 
  private:
-  /// Fails if no atom has a position.
-  void check_placed(std::size_t placed) const;
-
   enum class Kind : std::uint8_t {
     none,
     cartesian,   ///< models of macromolecules
@@ -160,6 +157,9 @@ class CifSites {
   void add_fractional(const CifRow& row);
   void add_component(const CifRow& row);
   bool in_chosen_model(const CifRow& row);
+  /// Fails if the file has atoms, but none has a position.
+  void check_placed(std::size_t placed) const;
+  Particles finish_atoms(AtomColumns& atoms) const;
   Particles finish_cartesian(const Crystal& crystal);
   Particles finish_component();
 
