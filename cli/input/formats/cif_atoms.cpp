@@ -152,9 +152,9 @@ std::string_view without_uncertainty(std::string_view value) {
 }
 
 void CifSites::start(CifTable table, const CifRow& row) {
-  kind_ = table == CifTable::components  ? Kind::component
-          : row.has_position(CifItem::x) ? Kind::cartesian
-                                         : Kind::fractional;
+  kind_ = table == CifTable::components ? Kind::component
+          : row.has(CifItem::x)         ? Kind::cartesian
+                                        : Kind::fractional;
 }
 
 void CifSites::add(const CifRow& row) {

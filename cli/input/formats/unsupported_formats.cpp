@@ -28,23 +28,13 @@ constexpr std::string_view to_csv =
 constexpr std::string_view to_ply =
     "save it as PLY (pcl_pcd2ply, CloudCompare or Open3D), which keeps colours";
 
-// Formats that Python's packages read.
-constexpr std::string_view by_ase = "'python3 -m parray render FILE' reads it with ASE";
-constexpr std::string_view by_astropy = "'python3 -m parray render FILE' reads it with astropy";
-constexpr std::string_view by_h5py =
-    "'python3 -m parray render FILE' reads snapshots (Gadget, Arepo, SWIFT, H5MD) with h5py";
-constexpr std::string_view by_laspy = "'python3 -m parray render FILE' reads it with laspy";
-constexpr std::string_view by_mdanalysis =
-    "'python3 -m parray render FILE' reads it with MDAnalysis";
-constexpr std::string_view by_numpy = "'python3 -m parray render FILE' reads it with NumPy";
-constexpr std::string_view by_ovito = "'python3 -m parray render FILE' reads it with OVITO";
-constexpr std::string_view by_pandas = "'python3 -m parray render FILE' reads it with pandas";
-constexpr std::string_view by_pyarrow = "'python3 -m parray render FILE' reads it with pyarrow";
+constexpr std::string_view python = "'python3 -m parray render FILE' reads ";
 
 /// What a file is instead of a scene or particles. `what` is empty for unknown files.
 struct Unsupported {
   std::string_view what;
   std::string_view remedy;
+  std::string_view end{};  ///< the end of the remedy, if that is `python`
 };
 
 struct Signature {
@@ -60,10 +50,8 @@ constexpr auto signatures = std::to_array<Signature>({
     {{"an EXR picture", picture}, "\x76\x2f\x31\x01"},
     {{"a PDF document", picture}, "%PDF-"},
     {{"a program", picture}, "\x7f\x45LF"},
-    {{"an SQLite database",
-      "'python3 -m parray render FILE' reads a database of ASE (.db) with ASE"},
-     "SQLite format 3"},
-    {{"a NumPy array", by_numpy}, "\x93NUMPY"},
+    {{"an SQLite database", python, "a database of ASE (.db) with ASE"}, "SQLite format 3"},
+    {{"a NumPy array", python, "it with NumPy"}, "\x93NUMPY"},
     {{"a tar archive", unpack_it}, "ustar", 257},
     {{"data packed twice", packed}, "\x1f\x8b"},
     {{"data packed twice", packed}, "\x28\xb5\x2f\xfd"},
@@ -72,14 +60,14 @@ constexpr auto signatures = std::to_array<Signature>({
     {{"data packed by lz4", packed}, "\x04\x22\x4d\x18"},
     {{"a glTF mesh", mesh}, "glTF"},
     {{"an OFF mesh", mesh}, "OFF"},
-    {{"a LAS or LAZ point cloud", by_laspy}, "LASF"},
+    {{"a LAS or LAZ point cloud", python, "it with laspy"}, "LASF"},
     {{"a PCD point cloud", to_ply}, "# .PCD"},
-    {{"a FITS file", by_astropy}, "SIMPLE  ="},
-    {{"a Parquet table", by_pyarrow}, "PAR1"},
-    {{"a Feather table", by_pyarrow}, "ARROW1"},
-    {{"a Feather table", by_pyarrow}, "FEA1"},
-    {{"an ASE trajectory", by_ase}, "- of Ulm"},
-    {{"a VTK file", by_ovito}, "# vtk DataFile"},
+    {{"a FITS file", python, "it with astropy"}, "SIMPLE  ="},
+    {{"a Parquet table", python, "it with pyarrow"}, "PAR1"},
+    {{"a Feather table", python, "it with pyarrow"}, "ARROW1"},
+    {{"a Feather table", python, "it with pyarrow"}, "FEA1"},
+    {{"an ASE trajectory", python, "it with ASE"}, "- of Ulm"},
+    {{"a VTK file", python, "it with OVITO"}, "# vtk DataFile"},
     {{"a Git LFS pointer", "fetch the file itself with git lfs pull"},
      "version https://git-lfs.github.com/spec"},
     {{"a log of LAMMPS", "name the dump file of that run"}, "LAMMPS ("},
@@ -90,8 +78,8 @@ constexpr auto signatures = std::to_array<Signature>({
     {{"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}, "DUMPCUSTOM", 8},
     {{"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}, "DUMPATOM", 8},
     {{"a YAML dump of LAMMPS", "write text with dump custom"}, "---\ncreator: LAMMPS"},
-    {{"an AtomEye CFG file", by_ase}, "Number of particles = "},
-    {{"an MMTF file", by_mdanalysis}, "mmtfVersion", 4},
+    {{"an AtomEye CFG file", python, "it with ASE"}, "Number of particles = "},
+    {{"an MMTF file", python, "it with MDAnalysis"}, "mmtfVersion", 4},
     {{"a TNG trajectory", convert}, "GENERAL INFO", 40},
     {{"UTF-16 text", utf16}, "\xff\xfe"},
     {{"UTF-16 text", utf16}, "\xfe\xff"},
@@ -236,8 +224,8 @@ struct Shape {
 
 constexpr auto shapes = std::to_array<Shape>({
     {is_html, {"an HTML page", "check that the download succeeded"}},
-    {is_vtk_xml, {"a VTK file", by_ovito}},
-    {is_votable, {"a VOTable", by_astropy}},
+    {is_vtk_xml, {"a VTK file", python, "it with OVITO"}},
+    {is_votable, {"a VOTable", python, "it with astropy"}},
     {is_xml, {"XML text", convert}},
     {is_stl, {"an STL mesh", mesh}},
     {is_obj, {"an OBJ mesh", mesh}},
@@ -246,13 +234,13 @@ constexpr auto shapes = std::to_array<Shape>({
     {is_molecule_template,
      {"a molecule template of LAMMPS",
       "name a data file or a dump of a simulation with these molecules"}},
-    {is_xtl, {"an XTL file", by_ase}},
-    {is_xsf, {"an XSF file", by_ase}},
+    {is_xtl, {"an XTL file", python, "it with ASE"}},
+    {is_xsf, {"an XSF file", python, "it with ASE"}},
     {is_pcd, {"a PCD point cloud", to_ply}},
     {is_gromos96, {"a GROMOS96 file", convert}},
     {is_charmm, {"a CHARMM coordinate file", convert}},
     {is_dl_poly, {"a file of DL_POLY", convert}},
-    {is_cube, {"a cube of Gaussian", by_ase}},
+    {is_cube, {"a cube of Gaussian", python, "it with ASE"}},
 });
 
 /// A format that only the file's name shows.
@@ -262,12 +250,12 @@ struct NamedFormat {
 };
 
 constexpr auto named_formats = std::to_array<NamedFormat>({
-    {".res", {"a SHELX file", by_ase}},
-    {".cell", {"a cell of CASTEP", by_ase}},
-    {".castep", {"an output of CASTEP", by_ase}},
-    {".cssr", {"a CSSR file", by_ase}},
-    {".gen", {"a GEN file of DFTB+", by_ase}},
-    {".imd", {"an IMD file", by_ovito}},
+    {".res", {"a SHELX file", python, "it with ASE"}},
+    {".cell", {"a cell of CASTEP", python, "it with ASE"}},
+    {".castep", {"an output of CASTEP", python, "it with ASE"}},
+    {".cssr", {"a CSSR file", python, "it with ASE"}},
+    {".gen", {"a GEN file of DFTB+", python, "it with ASE"}},
+    {".imd", {"an IMD file", python, "it with OVITO"}},
 });
 
 /// Recognises MessagePack with a key of BinaryCIF at the top level: a map of three, in either form.
@@ -283,21 +271,23 @@ Unsupported format_of_zip(const FileStart& start, std::string_view extension) {
   constexpr std::size_t name_at = 30;  // name of the first file
   const std::string_view bytes = start.bytes();
   const std::string_view first = bytes.substr(std::min(name_at, bytes.size()), 60);
-  if (first.find(".npy") < first.size()) return {"a NumPy archive (npz)", by_numpy};
+  if (first.find(".npy") < first.size()) return {"a NumPy archive (npz)", python, "it with NumPy"};
   if (first.find("opendocument.spreadsheet") < first.size()) {
     return {"an OpenDocument sheet", to_csv};
   }
   const bool office = first.starts_with("[Content_Types].xml") || first.starts_with("_rels/") ||
                       first.starts_with("docProps/") || first.starts_with("xl/");
-  if (office && extension != ".docx") return {"an Excel workbook", by_pandas};
+  if (office && extension != ".docx") return {"an Excel workbook", python, "it with pandas"};
   return {"a zip archive", unpack_it};
 }
 
 /// Names HDF5. The file's name shows netCDF-4, which has the same signature.
 Unsupported format_of_hdf5(std::string_view extension) {
   constexpr std::array<std::string_view, 3> of_netcdf{".nc", ".nc4", ".ncdf"};
-  if (!place_in(of_netcdf, extension)) return {"an HDF5 file", by_h5py};
-  return {"a netCDF-4 file", "convert it to netCDF-3 with nccopy -k 64-bit-offset"};
+  if (place_in(of_netcdf, extension)) {
+    return {"a netCDF-4 file", "convert it to netCDF-3 with nccopy -k 64-bit-offset"};
+  }
+  return {"an HDF5 file", python, "snapshots (Gadget, Arepo, SWIFT, H5MD) with h5py"};
 }
 
 Unsupported format_of(const FileStart& start, const std::filesystem::path& name) {
@@ -325,7 +315,7 @@ Unsupported format_of(const FileStart& start, const std::filesystem::path& name)
 std::string unsupported_format(const FileStart& start, const std::filesystem::path& name) {
   const Unsupported format = format_of(start, name);
   if (format.what.empty()) return {};
-  return std::string(format.what) + ": " + std::string(format.remedy);
+  return std::string(format.what).append(": ").append(format.remedy).append(format.end);
 }
 
 std::string first_words(const FileStart& start) {
