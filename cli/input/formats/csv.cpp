@@ -37,8 +37,7 @@ Confidence looks_like_other_names(const FileStart& start) {
   constexpr std::string_view separators = " \t,;\"";
   const std::string header = lower_case(rows[0]);
   const Fields names = words_of(header, separators);
-  const auto has_name = [&](std::string_view name) { return std::ranges::count(names, name) > 0; };
-  if (has_name("x") && has_name("y") && has_name("z")) return Confidence::likely;
+  if (places_in(names, {"x", "y", "z"})) return Confidence::likely;
   if (rows.size() < 2 || names.size() < 3) return Confidence::none;
   const Fields fields = words_of(rows[1], separators);
   const auto numbers = std::ranges::count_if(fields, is_number);

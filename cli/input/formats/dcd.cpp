@@ -9,18 +9,15 @@
 namespace parray::input {
 namespace {
 
+constexpr std::int32_t header_bytes = 84;  // Fortran writes the length of a record before it
+
 /// Recognises trajectories of CHARMM and NAMD in either byte order.
 Confidence looks_like_dcd(const FileStart& start) {
-  constexpr std::uint32_t first_record =
-      84;  // length in bytes, which Fortran writes before the record
-  if (start.little_endian(0) != first_record && start.big_endian(0) != first_record &&
-      start.big_endian(4) != first_record) {
-    return Confidence::none;
-  }
-  return certain_if(start.has("CORD", 4) || start.has("CORD", 8) || start.has("VELD", 4));
+  const bool header = start.little_endian(0) == header_bytes ||
+                      start.big_endian(0) == header_bytes || start.big_endian(4) == header_bytes;
+  const bool kind = start.has("CORD", 4) || start.has("CORD", 8) || start.has("VELD", 4);
+  return certain_if(header && kind);
 }
-
-constexpr std::int32_t header_bytes = 84;
 
 /// Places of the header's integers that ParRay uses, out of 20.
 enum Control : std::size_t {

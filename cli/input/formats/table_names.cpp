@@ -224,10 +224,10 @@ std::array<std::string, 2> sky_angles(const TableNames& table) {
       "dec", "decdeg", "dej2000", "deicrs", "dec2000", "dedeg", "declination", "de", "decj2000"};
   constexpr std::array<std::string_view, 2> longitude{"glon", "gallon"};
   constexpr std::array<std::string_view, 2> latitude{"glat", "gallat"};
-  std::array<std::string, 2> angles{first_known(table, ra), first_known(table, dec)};
-  if (!angles[0].empty() && !angles[1].empty()) return angles;
-  angles = {first_known(table, longitude), first_known(table, latitude)};
-  if (!angles[0].empty() && !angles[1].empty()) return angles;
+  for (const auto& angles : {std::array{first_known(table, ra), first_known(table, dec)},
+                             {first_known(table, longitude), first_known(table, latitude)}}) {
+    if (!angles[0].empty() && !angles[1].empty()) return angles;
+  }
   return {};
 }
 

@@ -15,14 +15,19 @@
 namespace parray::input {
 namespace {
 
+constexpr std::int32_t xtc_magic = 1995;
+constexpr std::int32_t xtc_magic_of_long_frames = 2023;  // uses 64 bits for byte counts
+constexpr std::int32_t trr_magic = 1993;
+
 Confidence looks_like_xtc(const FileStart& start) {
   const std::uint32_t magic = start.big_endian(0);
   const std::uint32_t atoms = start.big_endian(4);  // again after step, time and box
-  return certain_if((magic == 1995 || magic == 2023) && atoms > 0 && start.big_endian(52) == atoms);
+  return certain_if((magic == xtc_magic || magic == xtc_magic_of_long_frames) && atoms > 0 &&
+                    start.big_endian(52) == atoms);
 }
 
 Confidence looks_like_trr(const FileStart& start) {
-  return certain_if(start.big_endian(0) == 1993 && start.has("GMX_trn_file", 12));
+  return certain_if(start.big_endian(0) == trr_magic && start.has("GMX_trn_file", 12));
 }
 
 /// The part of a frame before the packed coordinates.
@@ -251,13 +256,9 @@ class XtcFrames final : public FramesOf<BinaryInput> {
 
   bool next() override {
     if (input_.at_end()) return false;
-    constexpr std::int32_t magic = 1995;
-    constexpr std::int32_t magic_of_long_frames = 2023;  // uses 64 bits for byte counts
-    const auto found = input_.get<std::int32_t>();
-    if (found != magic && found != magic_of_long_frames) {
-      input_.fail_damaged("the data are not a frame of XTC");
-    }
-    is_long_ = found == magic_of_long_frames;
+    const auto magic = input_.get<std::int32_t>();
+    is_long_ = magic == xtc_magic_of_long_frames;
+    if (magic != xtc_magic && !is_long_) input_.fail_damaged("the data are not a frame of XTC");
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
     input_.get<std::int32_t>();  // time step
     time_ = static_cast<double>(input_.get<float>());
@@ -361,9 +362,10 @@ class TrrFrames final : public FramesOf<BinaryInput> {
   };
 
   void read_head() {
-    constexpr std::int32_t magic = 1993;
     constexpr std::uint64_t longest_version = 64;
-    if (input_.get<std::int32_t>() != magic) input_.fail_damaged("the data are not a frame of TRR");
+    if (input_.get<std::int32_t>() != trr_magic) {
+      input_.fail_damaged("the data are not a frame of TRR");
+    }
     input_.get<std::int32_t>();  // length of the version, in another form
     const auto version = input_.get<std::uint32_t>();
     if (version > longest_version) input_.fail_damaged("the version is not valid");

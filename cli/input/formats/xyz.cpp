@@ -61,7 +61,7 @@ Property take_property(std::string_view& text, const FilePlace& place) {
   const std::optional<std::uint64_t> count = natural_in(take_part(text));
   constexpr std::string_view types = "SRIL";
   constexpr std::uint64_t max_count = 1000;
-  const bool known_type = type.size() == 1 && types.find(type[0]) != std::string_view::npos;
+  const bool known_type = type.size() == 1 && types.find(type) < types.size();
   if (name.empty() || !known_type || count.value_or(0) == 0 || *count > max_count) {
     place.fail("Properties has no valid NAME:TYPE:COUNT at '" + printable(name) +
                "': write for example species:S:1:pos:R:3");
@@ -108,20 +108,6 @@ void enter(const Property& property, std::size_t at, XyzLayout& layout, bool& ha
   }
 }
 
-XyzLayout layout_of_properties(std::string_view properties, const FilePlace& place) {
-  XyzLayout layout;
-  layout.exact = true;
-  layout.columns = 0;
-  bool has_position = false;
-  while (!properties.empty()) {
-    const Property property = take_property(properties, place);
-    enter(property, layout.columns, layout, has_position);
-    layout.columns += property.count;
-  }
-  if (!has_position) place.fail("Properties has no pos:R:3: add it");
-  return layout;
-}
-
 /// Returns the value of KEY=... `key` is in lower case, with "=". Returns "" if the key is missing.
 std::string_view value_of(std::string_view comment, std::string_view key) {
   const std::string lower = lower_case(comment);
@@ -152,12 +138,23 @@ std::vector<double> numbers_in(std::string_view value) {
 /// Returns the layout that Properties defines. Without Properties, a row has a name and a position.
 /// Throws InputError at `place` for invalid Properties and for Properties without positions.
 XyzLayout xyz_layout(std::string_view comment, const FilePlace& place) {
-  const std::string_view properties = value_of(comment, "properties=");
-  if (!properties.empty()) return layout_of_properties(properties, place);
-  XyzLayout plain;
-  plain.row.element = 0;
-  plain.row.position = {1, 2, 3};
-  return plain;
+  std::string_view properties = value_of(comment, "properties=");
+  XyzLayout layout;
+  if (properties.empty()) {
+    layout.row.element = 0;
+    layout.row.position = {1, 2, 3};
+    return layout;
+  }
+  layout.exact = true;
+  layout.columns = 0;
+  bool has_position = false;
+  while (!properties.empty()) {
+    const Property property = take_property(properties, place);
+    enter(property, layout.columns, layout, has_position);
+    layout.columns += property.count;
+  }
+  if (!has_position) place.fail("Properties has no pos:R:3: add it");
+  return layout;
 }
 
 /// Returns whether the comment is that of LAMMPS. Its names are numbers of types, unless the user
