@@ -167,22 +167,21 @@ Mended mended(const std::string& residue, const std::string& name, bool /*two_le
   return to == 0 || to == from ? Mended{} : Mended{from, to};
 }
 
-std::int64_t power(std::int64_t base, std::size_t exponent) {
-  std::int64_t value = 1;
-  for (std::size_t i = 0; i < exponent; ++i) value *= base;
-  return value;
-}
-
 /// Parses hybrid-36, in which A0...0 (base 36) follows 9...9.
 std::optional<std::int64_t> hybrid_36_in(std::string_view text) {
   constexpr int base = 36;
-  constexpr std::int64_t first = 10;  // "A"
   for (const char c : text) {
     if (!ascii::is_upper(c) && !ascii::is_digit(c)) return {};
   }
   const auto value = parsed<std::int64_t>(text, base);
   if (!value) return {};
-  return *value - first * power(base, text.size() - 1) + power(10, text.size());
+  std::int64_t first = 10;    // A0...0 in base 36
+  std::int64_t decimal = 10;  // the number that it means
+  for (std::size_t i = 1; i < text.size(); ++i) {
+    first *= base;
+    decimal *= 10;
+  }
+  return *value - first + decimal;
 }
 
 /// Parses a number of at most `longest` characters: decimal, hybrid-36 of `hybrid_width` characters
@@ -218,11 +217,8 @@ void AtomColumns::add(const Atom& atom) {
   types_.add(atom.type, *place_);
   own_types_ = own_types_ || !atom.type.empty();
   residue_numbers_.push_back(atom.residue_number);
-  if (atom.two_letters) {
-    two_letters_.resize(index + 1);
-    two_letters_[index] = 1;
-    flush_left_ = flush_left_ || shows_flush_left(atom.residue_name, atom.name);
-  }
+  two_letters_.set(index, atom.two_letters ? 1 : 0);
+  flush_left_ = flush_left_ || (atom.two_letters && shows_flush_left(atom.residue_name, atom.name));
   alternatives_.letters.set(index, atom.alternative);
   alternatives_.insertions.set(index, atom.insertion);
   if (std::isfinite(atom.occupancy)) {
@@ -256,7 +252,7 @@ void AtomColumns::guess_elements() {
   std::uint64_t unknown = 0;
   for (std::size_t i = 0; i < count(); ++i) {
     if (elements_[i] == to_be_guessed) {
-      const bool two = !flush_left_ && i < two_letters_.size() && two_letters_[i] != 0;
+      const bool two = !flush_left_ && two_letters_.at(i) != 0;
       const ElementGuess& guess = guesses.of(i, two);
       elements_[i] = guess.element;
       guessed += guess.element != 0 && !guess.certain ? 1 : 0;
@@ -347,6 +343,15 @@ Particles AtomColumns::finish_frame() {
 Particles AtomColumns::finish() {
   if (count() == 0) place_->fail("the file has no particles: check that this is the right file");
   return finish_frame();
+}
+
+std::optional<std::uint8_t> element_of_listed(std::span<const TypesOfElement> lists,
+                                              std::string_view type) {
+  const std::string word = " " + std::string(type) + " ";
+  for (const TypesOfElement& list : lists) {
+    if (list.types.find(word) != std::string_view::npos) return list.element;
+  }
+  return {};
 }
 
 std::optional<std::int32_t> residue_number_in(std::string_view text) {

@@ -162,8 +162,7 @@ class AtomColumns {
   bool flush_left_ = false;
   bool doubt_elements_ = false;
   std::vector<std::int32_t> residue_numbers_;
-  std::vector<std::uint8_t>
-      two_letters_;  // per particle, up to the last particle with such a symbol
+  SparseColumn<std::uint8_t> two_letters_{0};
   AlternativeColumns alternatives_;
   std::vector<std::optional<std::size_t>> number_columns_;  // in the order of `names`
   std::vector<std::size_t> without_radius_;
@@ -171,6 +170,15 @@ class AtomColumns {
   std::vector<StatedBond> bonds_;
   bool all_bonds_ = false;
 };
+
+/// Types of a force field that belong to one element, separated and enclosed by blanks.
+struct TypesOfElement {
+  std::string_view types;
+  std::uint8_t element = 0;
+};
+/// Returns the element of a type. Returns nothing for types that are in none of the lists.
+std::optional<std::uint8_t> element_of_listed(std::span<const TypesOfElement> lists,
+                                              std::string_view type);
 
 /// Parses the number of a residue: "12", "A000" (hybrid-36: 10000), "27a1" (hexadecimal). Returns
 /// nothing for texts that are no number, such as "****".

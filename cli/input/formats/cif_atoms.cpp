@@ -205,9 +205,7 @@ void CifSites::add_cartesian(const CifRow& row) {
   atom.insertion = first_of(row.text(CifItem::insertion));
   atom.alternative = first_of(row.text(CifItem::alternative));
   const std::string_view symbol = row.text(CifItem::symbol);
-  if (const std::uint8_t element = atomic_number_of(symbol); element != 0 || !symbol.empty()) {
-    atom.element = element;
-  }
+  if (!symbol.empty()) atom.element = atomic_number_of(symbol);
   const double occupancy = row.number_or_unknown(CifItem::occupancy);
   atom.occupancy = occupancy;
   atoms_->add(atom);

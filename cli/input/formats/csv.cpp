@@ -37,7 +37,7 @@ Confidence looks_like_other_names(const FileStart& start) {
   constexpr std::string_view separators = " \t,;\"";
   const std::string header = lower_case(rows[0]);
   const Fields names = words_of(header, separators);
-  if (places_in(names, {"x", "y", "z"})) return Confidence::likely;
+  if (places_of_three(names, {"x", "y", "z"})) return Confidence::likely;
   if (rows.size() < 2 || names.size() < 3) return Confidence::none;
   const Fields fields = words_of(rows[1], separators);
   const auto numbers = std::ranges::count_if(fields, is_number);
@@ -238,15 +238,6 @@ std::string list_of(std::vector<std::string> names) {
   return joined(names, ", ") + " to " + last;
 }
 
-void check_width(const Fields& row, const TableShape& shape, const ParticleInput& input) {
-  const std::size_t width = shape.first + shape.columns;
-  std::size_t size = row.size();
-  while (size > width && row[size - 1].empty()) --size;  // "1,2,3,"
-  if (size == width) return;
-  input.fail(std::to_string(size) + " values, but the first row has " + std::to_string(width) +
-             ": use the same number");
-}
-
 /// Reads a table of numbers without names (TableShape::Names::none). The first three columns are x,
 /// y and z. The fourth of four columns is the radius, if all its numbers are allowed radii. The
 /// last three columns are colours (8-bit sRGB) if there are six columns, or seven in a file with a
@@ -263,12 +254,18 @@ Particles read_plain_table(TableRows& rows, ParticleInput& input, const TableSha
     columns.expect(std::min(*count, input.bytes_left().value_or(0) / least_plain_row_bytes + 1));
   }
   if (shape.numbered) rows.next_line();
+  const std::size_t width = shape.first + shape.columns;
   const FurtherColumns further(shape, request, columns);
   while (const Fields* const row = rows.next()) {
     if (count == columns.count()) {
       input.fail("text follows the last particle: check the number of particles in the first line");
     }
-    check_width(*row, shape, input);
+    std::size_t size = row->size();
+    while (size > width && (*row)[size - 1].empty()) --size;  // "1,2,3,"
+    if (size != width) {
+      input.fail(std::to_string(size) + " values, but the first row has " + std::to_string(width) +
+                 ": use the same number");
+    }
     columns.position(position_field(*row, shape.first, input.place()));
     further.add(*row, input.place(), columns);
   }

@@ -83,7 +83,7 @@ void find_position(const Fields& names, DumpLayout& layout, const FilePlace& pla
   constexpr std::array<Axes, 4> kinds{
       Axes{"x", "y", "z"}, {"xu", "yu", "zu"}, {"xs", "ys", "zs"}, {"xsu", "ysu", "zsu"}};
   for (std::size_t i = 0; i < kinds.size(); ++i) {
-    const auto position = places_in(names, kinds[i]);
+    const auto position = places_of_three(names, kinds[i]);
     if (!position) continue;
     layout.row.position = *position;
     layout.scaled = i >= 2;
@@ -101,7 +101,7 @@ DumpLayout layout_of_dump(const Fields& names, const std::vector<std::string>& l
   layout.row.element = place_in(names, "element");
   layout.row.radius = place_in(names, "radius");
   use_diameters(lower, layout.row);
-  layout.shape = places_in(lower, {"shapex", "shapey", "shapez"});
+  layout.shape = places_of_three(lower, {"shapex", "shapey", "shapez"});
   layout.oriented = place_in(lower, "quatw").has_value();
   return layout;
 }

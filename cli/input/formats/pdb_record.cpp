@@ -13,16 +13,12 @@
 namespace parray::input {
 namespace {
 
-/// Types of an element that differ from its symbol, separated and enclosed by blanks.
-struct AutodockTypes {
-  std::string_view types;
-  std::uint8_t element;
-};
-constexpr std::array<AutodockTypes, 5> autodock_types{{{" HD HS ", 1},
-                                                       {" A CX G GA J Q CG ", 6},
-                                                       {" NA NS NX ", 7},
-                                                       {" OA OS OX W ", 8},
-                                                       {" SA ", 16}}};
+/// Types of AutoDock that differ from the symbol of their element.
+constexpr std::array<TypesOfElement, 5> autodock_types{{{" HD HS ", 1},
+                                                        {" A CX G GA J Q CG ", 6},
+                                                        {" NA NS NX ", 7},
+                                                        {" OA OS OX W ", 8},
+                                                        {" SA ", 16}}};
 
 /// Returns the element of an atom type of AutoDock and Vina. Returns 0 for other texts and for the
 /// pseudo-atoms G and CG that close rings. Source: AutoDock 4.2 User Guide, appendix "Parameters".
@@ -33,11 +29,7 @@ std::uint8_t element_of_autodock_type(std::string_view type) {
   const bool numbered = !type.empty() && ascii::is_digit(type.back());
   while (!type.empty() && ascii::is_digit(type.back())) type.remove_suffix(1);
   if (numbered && type == "G") return 0;
-  const std::string word = " " + std::string(type) + " ";
-  for (const AutodockTypes& known : autodock_types) {
-    if (known.types.find(word) != std::string_view::npos) return known.element;
-  }
-  return atomic_number_of(type);
+  return element_of_listed(autodock_types, type).value_or(atomic_number_of(type));
 }
 
 char record_column(std::string_view line, std::size_t at) {

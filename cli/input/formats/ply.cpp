@@ -300,8 +300,8 @@ void check_size(const PlyHeader& header, const ParticleInput& input) {
 }
 
 /// Returns the scale of colours by the types of their properties.
-ColorScale color_scale(const PlyElement& vertex, const std::array<std::size_t, 3>& color,
-                       const FilePlace& place) {
+ColorScale scale_of_colors(const PlyElement& vertex, const std::array<std::size_t, 3>& color,
+                           const FilePlace& place) {
   const auto type_of = [&](std::size_t i) { return vertex.properties[color[i]].type; };
   const PlyType type = type_of(0);
   const bool byte = type == PlyType::uint8;
@@ -326,7 +326,7 @@ RowLayout layout_of_vertex(const PlyElement& vertex, const ParticleRequest& requ
                "': add x, y and z");
   }
   RowLayout layout = layout_of(names, place);
-  if (layout.color) layout.color_scale = color_scale(vertex, *layout.color, place);
+  if (layout.color) layout.color_scale = scale_of_colors(vertex, *layout.color, place);
   for (std::string& name : names) name = lower_case(name);
   want_numbers(other_fields(names, layout), request, layout, columns);
   return layout;

@@ -55,7 +55,7 @@ RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& plac
   };
   const auto find_three = [&](const std::array<std::string_view, 3>& three) {
     for (const std::string_view name : three) find(name);
-    return places_in(names, three);
+    return places_of_three(names, three);
   };
   RowLayout layout;
   const auto position = find_three(axis_names);

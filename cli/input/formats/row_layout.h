@@ -39,8 +39,8 @@ struct RowLayout {
 using Fields = std::vector<std::string_view>;
 
 /// Returns the indices of three words; nothing unless all of them are among `words`.
-std::optional<std::array<std::size_t, 3>> places_in(const auto& words,
-                                                    const std::array<std::string_view, 3>& three) {
+std::optional<std::array<std::size_t, 3>> places_of_three(
+    const auto& words, const std::array<std::string_view, 3>& three) {
   const auto first = place_in(words, three[0]);
   const auto second = place_in(words, three[1]);
   const auto third = place_in(words, three[2]);

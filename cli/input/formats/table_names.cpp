@@ -150,7 +150,7 @@ TableNames table_names(const std::vector<std::string_view>& header) {
     table.names.push_back(renamed ? column.name : plain.name);
     table.units.push_back(readable_unit(column.unit));
   }
-  table.has_positions = places_in(table.names, axis_letters) || name_axes(bare_names, table);
+  table.has_positions = places_of_three(table.names, axis_letters) || name_axes(bare_names, table);
   return table;
 }
 

@@ -97,7 +97,7 @@ bool is_counted(const FileStart& start, const std::vector<Line>& rows, char sepa
 
 /// Recognises the header that pandas writes for columns without names: 0, 1, 2 and so on, maybe
 /// after the empty name of an index. Describes the table in `shape`. Returns false for another row.
-bool is_numbered(const std::vector<Line>& rows, TableShape& shape) {
+bool has_numbered_header(const std::vector<Line>& rows, TableShape& shape) {
   if (rows.size() < 2 || rows[0].text.find('"') != std::string_view::npos) return false;
   const char separator = separator_of(rows[0].text);
   if (separator == blank_separator) return false;
@@ -187,7 +187,7 @@ TableShape table_shape(const FileStart& start) {
   const std::vector<Line>& rows = lines.rows;
   if (rows.empty()) return shape;
   const std::size_t row = is_natural(rows[0].text) && rows.size() > 1 ? 1 : 0;
-  if (is_numbered(rows, shape)) return shape;
+  if (has_numbered_header(rows, shape)) return shape;
   const std::optional<char> separator = separator_of_numbers(rows[row].text);
   if (!separator) {
     shape.separator = separator_of(rows[0].text);

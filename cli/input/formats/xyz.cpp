@@ -189,14 +189,6 @@ std::optional<double> xyz_time(std::string_view comment) {
 
 constexpr std::size_t least_row_bytes = 8;  // "C 0 0 0\n"
 
-void check_width(std::size_t found, const XyzLayout& layout, const FilePlace& place) {
-  if (found == layout.columns || (found > layout.columns && !layout.exact)) return;
-  place.fail(
-      std::to_string(found) + " columns, but " + std::to_string(layout.columns) + " are needed: " +
-      (layout.exact ? "write the number that Properties requires"
-                    : "write a name and three coordinates, or correct the number of particles"));
-}
-
 /// Returns whether the names are 1, 2, 3 ... in any order, without a gap.
 bool count_from_one(const std::vector<std::string>& names) {
   std::set<std::uint64_t> numbers;
@@ -261,7 +253,14 @@ class XyzFrames final : public FramesOf<ParticleInput> {
     for (std::uint64_t i = 0; i < count_; ++i) {
       input_.next_row(i, count_, "particles");
       split_at_blanks(input_.line(), row);
-      check_width(row.size(), layout, input_.place());
+      if (row.size() < layout.columns || (layout.exact && row.size() > layout.columns)) {
+        input_.fail(
+            std::to_string(row.size()) + " columns, but " + std::to_string(layout.columns) +
+            " are needed: " +
+            (layout.exact
+                 ? "write the number that Properties requires"
+                 : "write a name and three coordinates, or correct the number of particles"));
+      }
       add_row(row, layout.row, input_.place(), columns);
     }
     go_to_count();
