@@ -65,8 +65,7 @@ constexpr std::array<Name, 42> known_items{{
 }};
 
 CifItem item_of(std::string_view tag) {
-  const auto* const found =
-      std::ranges::find_if(known_items, [&](const Name& name) { return name.first == tag; });
+  const auto* const found = std::ranges::find(known_items, tag, &Name::first);
   return found == known_items.end() ? CifItem::count : found->second;
 }
 

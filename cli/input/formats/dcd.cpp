@@ -4,7 +4,6 @@
 #include "cli/input/formats/binary_input.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 
 namespace parray::input {
 namespace {
@@ -97,11 +96,11 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     }
     if (kind != "CORD") fail_other_file();
     for (std::int32_t& value : control_) value = input_.get<std::int32_t>();
-    close_record(header_bytes);
+    check_length(header_bytes);
     skip_title();
-    open_record(4);
+    check_length(4);
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
-    close_record(4);
+    check_length(4);
     if (has_fixed()) read_moving();
   }
 
@@ -116,7 +115,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     const std::int64_t rest =
         whole_lines ? std::int64_t{lines} * line_bytes : std::max(bytes - 4, 0);
     input_.skip(static_cast<std::uint64_t>(rest));
-    close_record(bytes);
+    check_length(bytes);
   }
 
   [[noreturn]] void fail_other_file() const {
@@ -129,7 +128,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   void find_order() {
     const std::string_view first = input_.bytes(4);
     if (binary_value<std::int32_t>(first.data(), false) == header_bytes) {
-      input_.set_order(std::endian::native);
+      input_.use_native_order();
     } else if (binary_value<std::int32_t>(first.data(), true) != header_bytes) {
       fail_other_file();
     }
@@ -141,21 +140,20 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     if (moving < 0 || control_[fixed_atoms] < 0) {
       input_.fail_damaged("the header has an impossible number of fixed atoms");
     }
-    open_record(4 * moving);
+    check_length(4 * moving);
     input_.each<std::int32_t>(static_cast<std::uint64_t>(moving), [&](std::int32_t number) {
       if (number < 1 || static_cast<std::uint64_t>(number) > atoms_) {
         input_.fail_damaged("a moving atom does not exist");
       }
       moving_.push_back(static_cast<std::size_t>(number) - 1);
     });
-    close_record(4 * moving);
+    check_length(4 * moving);
   }
 
   /// Checks the length of a record. Fortran writes it before and after the record.
-  void open_record(std::int64_t bytes) {
+  void check_length(std::int64_t bytes) {
     if (input_.get<std::int32_t>() != bytes) fail_record();
   }
-  void close_record(std::int64_t bytes) { open_record(bytes); }
   [[noreturn]] void fail_record() const { input_.fail_damaged("a record has the wrong length"); }
 
   [[nodiscard]] bool has_fixed() const { return control_[fixed_atoms] != 0; }
@@ -175,10 +173,10 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   std::optional<ParticleCell> read_positions() {
     std::optional<ParticleCell> cell;
     if (says(has_cell)) {
-      open_record(cell_bytes);
+      check_length(cell_bytes);
       std::array<double, 6> six{};
       for (double& value : six) value = input_.get<double>();
-      close_record(cell_bytes);
+      check_length(cell_bytes);
       cell = dcd_cell(six);
     }
     for (const Axis axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) read_axis(axis);
@@ -189,7 +187,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   void read_axis(Axis axis) {
     const std::uint64_t count = axis_atoms();
     const bool all = count == atoms_;
-    open_record(static_cast<std::int64_t>(4 * count));
+    check_length(static_cast<std::int64_t>(4 * count));
     std::size_t i = 0;
     input_.each<float>(count, [&](float value) {
       const std::size_t atom = all ? i : moving_[i];
@@ -197,7 +195,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
       positions_[atom].*axis = static_cast<double>(value);
       ++i;
     });
-    close_record(static_cast<std::int64_t>(4 * count));
+    check_length(static_cast<std::int64_t>(4 * count));
   }
 
   static constexpr std::int64_t cell_bytes = 48;

@@ -8,6 +8,7 @@
 #include "cli/input/formats/unsupported_formats.h"
 #include "cli/input/scene_file/scene_keys.h"
 #include "common/base/ascii.h"
+#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {
@@ -144,10 +145,6 @@ bool has_key(const std::vector<TopLevelKey>& keys, std::string_view name) {
   return std::ranges::find(keys, name, &TopLevelKey::name) != keys.end();
 }
 
-bool is_scene_key(const TopLevelKey& key) {
-  return std::ranges::find(scene_keys, key.name) != scene_keys.end();
-}
-
 /// Returns whether the keys are those that DataFrame.to_json() of pandas writes for an object: by
 /// column, by row (both with the numbers of the rows), split, or with a schema.
 bool is_table_of_pandas(const std::vector<TopLevelKey>& keys) {
@@ -172,7 +169,8 @@ bool is_atoms_of_ase(const FileStart& start, const std::vector<TopLevelKey>& key
 
 std::string object_without_scene(const FileStart& start, std::string_view text) {
   const std::vector<TopLevelKey> keys = KeyScanner(text).scan();
-  const bool may_be_scene = std::ranges::any_of(keys, is_scene_key);
+  const bool may_be_scene = std::ranges::any_of(
+      keys, [](const TopLevelKey& key) { return place_in(scene_keys, key.name).has_value(); });
   if (has_key(keys, "asset") && !has_key(keys, "spheres")) {
     return "a glTF mesh: a mesh has no particles: save its vertices as PLY or CSV to see them as "
            "spheres";
@@ -237,10 +235,17 @@ std::string json_without_scene(const FileStart& start, char first) {
          "which is an object ({ ... })";
 }
 
-std::string known_formats() {
-  std::string text;
-  for (const ParticleFormat* const format : formats) text += ", " + std::string(format->name);
-  return "scene JSON" + text;
+/// Returns a description of a file for messages: "text that begins with 'ABC'", "only blanks" or
+/// "binary data of an unknown kind".
+std::string first_words(const FileStart& start) {
+  if (!start.is_text()) return "binary data of an unknown kind";
+  constexpr std::size_t most = 40;
+  const std::string_view text = start.bytes();
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  if (begin == std::string_view::npos) return "only blanks";
+  const std::string_view rest = text.substr(begin);
+  return "text that begins with '" + printable(rest.substr(0, rest.find_first_of("\r\n")), most) +
+         "'";
 }
 
 }  // namespace
@@ -277,8 +282,10 @@ const ParticleFormat* particle_format_of(PackedFile& file) {
   if (!unsupported.empty()) place.fail("looks like " + unsupported);
   if (named != nullptr) return named;
   if (guess.format != nullptr) return guess.format;
+  std::string known = "scene JSON";
+  for (const ParticleFormat* const format : formats) known.append(", ").append(format->name);
   place.fail("the file is neither a scene nor a particle file, but " + first_words(start) +
-             ": ParRay reads " + known_formats());
+             ": ParRay reads " + known);
 }
 
 }  // namespace parray::input

@@ -7,7 +7,6 @@
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/text.h"
 

@@ -10,7 +10,6 @@
 #include "cli/input/formats/gsd_file.h"
 #include "cli/input/formats/notes.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/stated_bonds.h"
 #include "common/base/printable.h"

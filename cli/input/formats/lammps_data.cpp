@@ -237,18 +237,13 @@ class DataFile {
     } else if (section == "Atom Type Labels" && words_.size() >= 2) {
       labels_[std::string(words_[0])] = words_[1];
     } else if (section == "Bonds" && header_.bonds > 0) {
-      add_bond();
+      if (words_.size() < 4) {
+        input_.fail_incomplete("the line needs number, type and two atoms of a bond");
+      }
+      bonds_.push_back(numbers_.bond(words_[2], words_[3], input_.place()));
     } else if (section == "Ellipsoids" && words_.size() >= 4) {
       ellipsoids_ += is_ellipsoid(words_[1], words_[2], words_[3]) ? 1 : 0;
     }
-  }
-
-  /// Adds the bond in a row: number, type, two atoms.
-  void add_bond() {
-    if (words_.size() < 4) {
-      input_.fail_incomplete("the line needs number, type and two atoms of a bond");
-    }
-    bonds_.push_back(numbers_.bond(words_[2], words_[3], input_.place()));
   }
 
   [[nodiscard]] bool wants_velocities() const {
@@ -381,19 +376,16 @@ class DataFile {
   std::unordered_map<std::string, std::array<double, 3>> velocities_;  // by id
 };
 
-/// Returns the style of units in the title that LAMMPS writes: "... units = metal".
-std::string_view style_of_units(std::string_view title) {
-  constexpr std::string_view key = "units = ";
-  const std::size_t at = title.find(key);
-  return at == std::string_view::npos ? std::string_view() : trimmed(title.substr(at + key.size()));
-}
-
 /// Reads the section Atoms of a style with fixed columns. The hint after "Atoms" names the style;
 /// without a hint, the number of columns decides. Elements come from the masses of the types. Notes
-/// count ellipsoids and other bodies.
+/// count ellipsoids and other bodies. The title may name the style of units: "... units = metal".
 Particles read_lammps_data(PackedFile& file, const ParticleRequest& request) {
+  constexpr std::string_view key = "units = ";
   Particles particles = DataFile(file, request).read();
-  particles.facts.length_unit = length_unit_of_lammps(style_of_units(file.start().line(0)));
+  const std::string_view title = file.start().line(0);
+  const std::size_t at = title.find(key);
+  const std::string_view style = at < title.size() ? title.substr(at + key.size()) : "";
+  particles.facts.length_unit = length_unit_of_lammps(trimmed(style));
   return particles;
 }
 

@@ -5,7 +5,6 @@
 #include "cli/input/formats/notes.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/length_unit.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/printable.h"

@@ -8,7 +8,6 @@
 #include "cli/input/formats/binary_input.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 
 /// The header follows "The NetCDF Classic Format Specification" (OGC 10-092r3), versions 1
 /// (classic), 2 (64-bit offset) and 5 (64-bit data). ParRay has its own reader for two reasons:

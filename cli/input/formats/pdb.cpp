@@ -9,7 +9,6 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/pdb_record.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/stated_bonds.h"
 #include "common/base/ascii.h"

@@ -8,7 +8,6 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/particle_input.h"
@@ -48,7 +47,7 @@ bool are_species(const LineWords& words) {
 /// Returns the first letter of the line in lower case; 0 for another character or a blank line.
 char first_letter(std::string_view line) {
   const std::string_view text = trimmed(line);
-  return text.empty() || !ascii::is_letter(text[0]) ? '\0' : lower_case(text.substr(0, 1))[0];
+  return text.empty() || !ascii::is_letter(text[0]) ? '\0' : ascii::lower(text[0]);
 }
 
 /// Returns whether the line begins a frame of XDATCAR: "Direct configuration=     1".
@@ -143,7 +142,13 @@ class PoscarHeaderReader {
       words = words_before_comment(input_.line());
     }
     read_counts(words);
-    if (!header_.named) name_species(title);
+    if (!header_.named) {  // the title names the species; otherwise they are numbers from 1
+      header_.species = species_in_title(title, header_.counts.size());
+      header_.named = header_.from_title = !header_.species.empty();
+      for (std::size_t i = header_.species.size(); i < header_.counts.size(); ++i) {
+        header_.species.push_back(std::to_string(i + 1));
+      }
+    }
     next_line();
     header_.selective = first_letter(input_.line()) == 's';
     if (header_.selective) next_line();
@@ -209,15 +214,6 @@ class PoscarHeaderReader {
       header_.counts.push_back(count_field(word, input_.place()));
       header_.atoms += header_.counts.back();
       count_field(std::to_string(header_.atoms), input_.place());
-    }
-  }
-
-  /// Names the species of a file without a line of names: by the title, or by numbers from 1.
-  void name_species(std::string_view title) {
-    header_.species = species_in_title(title, header_.counts.size());
-    header_.named = header_.from_title = !header_.species.empty();
-    for (std::size_t i = header_.species.size(); i < header_.counts.size(); ++i) {
-      header_.species.push_back(std::to_string(i + 1));
     }
   }
 

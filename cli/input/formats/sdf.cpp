@@ -8,7 +8,6 @@
 #include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/text.h"
 

@@ -5,7 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {
@@ -316,17 +315,6 @@ std::string unsupported_format(const FileStart& start, const std::filesystem::pa
   const Unsupported format = format_of(start, name);
   if (format.what.empty()) return {};
   return std::string(format.what).append(": ").append(format.remedy).append(format.end);
-}
-
-std::string first_words(const FileStart& start) {
-  if (!start.is_text()) return "binary data of an unknown kind";
-  constexpr std::size_t most = 40;
-  const std::string_view text = start.bytes();
-  const std::size_t begin = text.find_first_not_of(" \t\r\n");
-  if (begin == std::string_view::npos) return "only blanks";
-  const std::string_view rest = text.substr(begin);
-  return "text that begins with '" + printable(rest.substr(0, rest.find_first_of("\r\n")), most) +
-         "'";
 }
 
 }  // namespace parray::input

@@ -8,7 +8,6 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/notes.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 
 /// Trajectories of GROMACS. Lengths in nm become angstrom. The files are XDR: big-endian, in units
 /// of four bytes (RFC 4506). Formats: GROMACS manual, "File formats", xtc and trr.
@@ -378,21 +377,16 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
     input_.get<std::int32_t>();  // time step
     input_.get<std::int32_t>();  // number of energies
-    find_precision();
-    time_ = is_double_ ? input_.get<double>() : static_cast<double>(input_.get<float>());
-    input_.skip(is_double_ ? 8 : 4);  // lambda
-  }
-
-  void find_precision() {
-    is_double_ = false;
+    is_double_ = sizes_[box] == 72;
     for (const Part part : {positions, velocities, forces}) {
       is_double_ = is_double_ || (sizes_[part] > 0 && sizes_[part] == 24 * atoms_);
     }
-    is_double_ = is_double_ || sizes_[box] == 72;
     const std::uint64_t real = is_double_ ? 8 : 4;
     if (has_positions() && sizes_[positions] != 3 * real * atoms_) {
       input_.fail_damaged("the positions do not fit the number of atoms");
     }
+    time_ = is_double_ ? input_.get<double>() : static_cast<double>(input_.get<float>());
+    input_.skip(real);  // lambda
   }
 
   [[nodiscard]] bool has_positions() const { return sizes_[positions] > 0; }

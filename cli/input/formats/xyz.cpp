@@ -7,7 +7,6 @@
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/formats/table_shape.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
