@@ -61,7 +61,7 @@ template <typename Frames>
 constexpr ParticleFormat frames_in_angstrom(
     std::string_view name, const std::array<std::string_view, 3>& extensions,
     Confidence (*confidence)(const FileStart& start),
-    ParticleFormat::Holds holds = ParticleFormat::Holds::all) {
+    ParticleFormat::Holds holds = ParticleFormat::Holds::all) noexcept {
   return {.name = name,
           .extensions = extensions,
           .frames = true,
