@@ -109,9 +109,10 @@ bool has_numbered_header(const std::vector<Line>& rows, TableShape& shape) {
     if (names[i] != std::to_string(i - index)) return false;
   }
   const std::size_t columns = names.size() - index;
-  if (columns < least_numbers || !has_numbers(rows[1].text, separator, names.size())) return false;
-  if (index == 0 && std::ranges::all_of(fields_of(rows[1].text, separator), is_natural))
-    return false;
+  const Words fields = fields_of(rows[1].text, separator);
+  const bool fits = fields.size() == names.size() && are_numbers(fields);
+  const bool whole = std::ranges::all_of(fields, is_natural);
+  if (columns < least_numbers || !fits || (index == 0 && whole)) return false;
   shape.names = TableShape::Names::none;
   shape.separator = separator;
   shape.numbered = shape.certain = true;
