@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -18,117 +18,66 @@
 namespace parray::input {
 namespace {
 
-/// Further columns that identify an atom.
+/// The columns that identify an atom.
 struct AtomIdentity {
+  /// Chain, residue number and insertion code.
+  using ResidueKey = std::tuple<std::uint32_t, std::int32_t, char>;
+
+  AlternativeColumns& alternatives;
   NameIndex& residue_names;
   const std::vector<std::uint32_t>& atom_names;  ///< numbers of the names, one per particle
   const std::vector<std::uint32_t>& chains;
   const std::vector<std::int32_t>& residue_numbers;
-};
 
-/// Chain, residue number and insertion code.
-using ResidueKey = std::tuple<std::uint32_t, std::int32_t, char>;
-
-ResidueKey residue_of(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
-                      std::size_t i) {
-  return {atoms.chains[i], atoms.residue_numbers[i], alternatives.insertions.at(i)};
-}
-
-/// Keeps the best of the values that were offered.
-class Best {
- public:
-  Best(const AlternativeChoice& choice) : choice_(choice) {}
-
-  void offer(char letter, float occupancy, std::uint32_t value) {
-    const bool wanted = choice_.rule == AlternativeChoice::Rule::letter && letter == choice_.letter;
-    const bool better = wanted != wanted_ ? wanted : occupancy > occupancy_;
-    if (!any_ || better) {
-      value_ = value;
-      occupancy_ = occupancy;
-      wanted_ = wanted;
-    }
-    any_ = true;
+  [[nodiscard]] ResidueKey residue_of(std::size_t i) const {
+    return {chains[i], residue_numbers[i], alternatives.insertions.at(i)};
   }
-  [[nodiscard]] std::uint32_t value() const { return value_; }
-
- private:
-  AlternativeChoice choice_;
-  bool any_ = false;
-  bool wanted_ = false;
-  float occupancy_ = 0;
-  std::uint32_t value_ = 0;
-};
-
-/// Holds one choice per key, from the values that the particles of the key offer.
-template <typename Key>
-class Choices {
- public:
-  explicit Choices(const AlternativeChoice& choice) : choice_(choice) {}
-
-  void offer(const Key& key, const AlternativeColumns& columns, std::size_t i,
-             std::uint32_t value) {
-    chosen_.try_emplace(key, choice_)
-        .first->second.offer(columns.letters.at(i), columns.occupancies.at(i), value);
+  /// Returns whether `other` is an atom of the same residue as `particle`.
+  [[nodiscard]] bool same_residue(std::size_t particle, std::size_t other) const {
+    const auto& names = residue_names.column().index;
+    return other < names.size() && names[other] == names[particle] &&
+           residue_of(other) == residue_of(particle);
   }
-  [[nodiscard]] bool has(const Key& key) const { return chosen_.contains(key); }
-  [[nodiscard]] std::uint32_t of(const Key& key) const { return chosen_.at(key).value(); }
-
- private:
-  AlternativeChoice choice_;
-  std::map<Key, Best> chosen_;
 };
 
 /// Returns the end of the run of doubtful atoms from `begin` on that are consecutive and in one
 /// residue.
-std::size_t run_end(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
-                    std::size_t begin) {
-  const auto& doubtful = alternatives.doubtful;
-  const auto& names = atoms.residue_names.column().index;
-  const ResidueKey residue = residue_of(alternatives, atoms, doubtful[begin]);
+std::size_t run_end(const AtomIdentity& atoms, std::size_t begin) {
+  const auto& doubtful = atoms.alternatives.doubtful;
   std::size_t end = begin + 1;
   while (end < doubtful.size() && doubtful[end] == doubtful[end - 1] + 1 &&
-         residue_of(alternatives, atoms, doubtful[end]) == residue &&
-         names[doubtful[end]] == names[doubtful[begin]]) {
+         atoms.same_residue(doubtful[begin], doubtful[end])) {
     ++end;
   }
   return end;
 }
 
-/// Returns whether `other` is an atom of the same residue as `particle`.
-bool same_residue(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
-                  std::size_t particle, std::size_t other) {
-  const auto& names = atoms.residue_names.column().index;
-  return other < names.size() && names[other] == names[particle] &&
-         residue_of(alternatives, atoms, other) == residue_of(alternatives, atoms, particle);
-}
-
-bool are_locations(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
-                   std::size_t first, std::size_t last) {
-  if (same_residue(alternatives, atoms, first, last + 1)) return true;
-  if (first > 0 && same_residue(alternatives, atoms, first, first - 1)) return true;
-  const char letter = alternatives.letters.at(first);
+bool are_locations(const AtomIdentity& atoms, std::size_t first, std::size_t last) {
+  if (atoms.same_residue(first, last + 1)) return true;
+  if (first > 0 && atoms.same_residue(first, first - 1)) return true;
+  const char letter = atoms.alternatives.letters.at(first);
   for (std::size_t i = first; i <= last; ++i) {
-    const float occupancy = alternatives.occupancies.at(i);
-    if (alternatives.letters.at(i) != letter || (occupancy > 0 && occupancy < 1)) return true;
+    const float occupancy = atoms.alternatives.occupancies.at(i);
+    if (atoms.alternatives.letters.at(i) != letter || (occupancy > 0 && occupancy < 1)) return true;
   }
   return false;
 }
 
 /// Handles doubtful letters. If such a letter is the only one in its residue and the occupancies do
 /// not indicate alternatives, it is the first letter of the residue's name.
-void settle_doubtful(AlternativeColumns& alternatives, const AtomIdentity& atoms) {
-  const auto& doubtful = alternatives.doubtful;
+void settle_doubtful(const AtomIdentity& atoms) {
+  const auto& doubtful = atoms.alternatives.doubtful;
   for (std::size_t begin = 0; begin < doubtful.size();) {
-    const std::size_t end = run_end(alternatives, atoms, begin);
+    const std::size_t end = run_end(atoms, begin);
     const std::size_t first = doubtful[begin];
     const std::size_t last = doubtful[end - 1];
     begin = end;
-    if (are_locations(alternatives, atoms, first, last)) continue;
-    const auto& names = atoms.residue_names.column();
-    const std::string name = alternatives.letters.at(first) + names.of(first);
+    if (are_locations(atoms, first, last)) continue;
+    const std::string name =
+        atoms.alternatives.letters.at(first) + atoms.residue_names.column().of(first);
     for (std::size_t i = first; i <= last; ++i) {
       atoms.residue_names.rename(i, name);
-      alternatives.letters.reset(i);
+      atoms.alternatives.letters.reset(i);
     }
   }
   if (!doubtful.empty()) atoms.residue_names.drop_unused();
@@ -137,33 +86,35 @@ void settle_doubtful(AlternativeColumns& alternatives, const AtomIdentity& atoms
 /// Returns the atoms that stay. Locations of one atom share chain, residue and name but have
 /// different letters. Atoms that also share the letter all stay. If the locations belong to
 /// different residues (a mutant next to the wild type), the function first chooses a residue.
-ParticleMask chosen_locations(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
-                              const AlternativeChoice& choice) {
+ParticleMask chosen_locations(const AtomIdentity& atoms, const AlternativeChoice& choice) {
+  using ResidueKey = AtomIdentity::ResidueKey;
   using AtomKey = std::tuple<ResidueKey, std::uint32_t, std::uint32_t>;
+  const auto& letters = atoms.alternatives.letters;
+  const auto& occupancies = atoms.alternatives.occupancies;
   const auto& names = atoms.residue_names.column().index;
   const std::size_t count = names.size();
-  const auto key_of = [&](const ResidueKey& residue, std::size_t i) {
-    return AtomKey{residue, names[i], atoms.atom_names[i]};
-  };
-  Choices<ResidueKey> residues(choice);  // by number of the name
+  Choices<ResidueKey, std::uint32_t> residues(choice);  // by number of the name
   for (std::size_t i = 0; i < count; ++i) {
-    if (alternatives.letters.at(i) == ' ') continue;
-    residues.offer(residue_of(alternatives, atoms, i), alternatives, i, names[i]);
+    const char letter = letters.at(i);
+    if (letter == ' ') continue;
+    residues.offer(atoms.residue_of(i), {&letter, 1}, occupancies.at(i), names[i]);
   }
-  Choices<AtomKey> locations(choice);  // by letter
+  Choices<AtomKey, char> locations(choice);  // by letter
   for (std::size_t i = 0; i < count; ++i) {
-    const ResidueKey residue = residue_of(alternatives, atoms, i);
+    const ResidueKey residue = atoms.residue_of(i);
+    const char letter = letters.at(i);
     if (!residues.has(residue)) continue;
-    locations.offer(key_of(residue, i), alternatives, i,
-                    static_cast<unsigned char>(alternatives.letters.at(i)));
+    locations.offer({residue, names[i], atoms.atom_names[i]}, {&letter, 1}, occupancies.at(i),
+                    letter);
   }
   ParticleMask mask(count, 1);
   for (std::size_t i = 0; i < count; ++i) {
-    const ResidueKey residue = residue_of(alternatives, atoms, i);
+    const ResidueKey residue = atoms.residue_of(i);
+    const char letter = letters.at(i);
     if (!residues.has(residue)) continue;
-    const auto letter = static_cast<unsigned char>(alternatives.letters.at(i));
     const bool other_residue = letter != ' ' && names[i] != residues.of(residue);
-    if (other_residue || locations.of(key_of(residue, i)) != letter) mask[i] = 0;
+    const bool other_location = letter != locations.of({residue, names[i], atoms.atom_names[i]});
+    if (other_residue || other_location) mask[i] = 0;
   }
   return mask;
 }
@@ -177,33 +128,29 @@ struct ElementGuess {
 };
 
 /// Caches the result of a function for each pair of residue name and atom name.
-template <typename Value, typename Ask>
+template <typename Ask>
 class PerName {
  public:
   PerName(const NameColumn& residues, const NameColumn& names, Ask ask)
       : residues_(residues), names_(names), ask_(std::move(ask)) {}
 
-  const Value& of(std::size_t particle, bool two_letters) {
+  const auto& of(std::size_t particle, bool two_letters) {
     const std::uint64_t key = (std::uint64_t{residues_.index[particle]} << 33U) |
                               (std::uint64_t{names_.index[particle]} << 1U) |
                               (two_letters ? 1U : 0U);
-    const auto known = values_.find(key);
-    if (known != values_.end()) return known->second;
-    return values_.emplace(key, ask_(residues_.of(particle), names_.of(particle), two_letters))
-        .first->second;
+    const auto [known, fresh] = values_.try_emplace(key);
+    if (fresh) known->second = ask_(residues_.of(particle), names_.of(particle), two_letters);
+    return known->second;
   }
 
  private:
+  using Value = std::invoke_result_t<Ask, const std::string&, const std::string&, bool>;
+
   const NameColumn& residues_;
   const NameColumn& names_;
   Ask ask_;
   std::unordered_map<std::uint64_t, Value> values_;
 };
-
-template <typename Value, typename Ask>
-PerName<Value, Ask> per_name(const NameColumn& residues, const NameColumn& names, Ask ask) {
-  return {residues, names, std::move(ask)};
-}
 
 /// A correction for a file that takes the first letters of an atom's name in a polymer or water as
 /// its symbol: "Ca" for CA in ALA.
@@ -220,22 +167,21 @@ Mended mended(const std::string& residue, const std::string& name, bool /*two_le
   return to == 0 || to == from ? Mended{} : Mended{from, to};
 }
 
-std::int64_t power(std::int64_t base, std::size_t exponent) {
-  std::int64_t value = 1;
-  for (std::size_t i = 0; i < exponent; ++i) value *= base;
-  return value;
-}
-
 /// Parses hybrid-36, in which A0...0 (base 36) follows 9...9.
 std::optional<std::int64_t> hybrid_36_in(std::string_view text) {
   constexpr int base = 36;
-  constexpr std::int64_t first = 10;  // "A"
   for (const char c : text) {
     if (!ascii::is_upper(c) && !ascii::is_digit(c)) return {};
   }
   const auto value = parsed<std::int64_t>(text, base);
   if (!value) return {};
-  return *value - first * power(base, text.size() - 1) + power(10, text.size());
+  std::int64_t first = 10;    // A0...0 in base 36
+  std::int64_t decimal = 10;  // the number that it means
+  for (std::size_t i = 1; i < text.size(); ++i) {
+    first *= base;
+    decimal *= 10;
+  }
+  return *value - first + decimal;
 }
 
 /// Parses a number of at most `longest` characters: decimal, hybrid-36 of `hybrid_width` characters
@@ -271,11 +217,8 @@ void AtomColumns::add(const Atom& atom) {
   types_.add(atom.type, *place_);
   own_types_ = own_types_ || !atom.type.empty();
   residue_numbers_.push_back(atom.residue_number);
-  if (atom.two_letters) {
-    two_letters_.resize(index + 1);
-    two_letters_[index] = 1;
-    flush_left_ = flush_left_ || shows_flush_left(atom.residue_name, atom.name);
-  }
+  two_letters_.set(index, atom.two_letters ? 1 : 0);
+  flush_left_ = flush_left_ || (atom.two_letters && shows_flush_left(atom.residue_name, atom.name));
   alternatives_.letters.set(index, atom.alternative);
   alternatives_.insertions.set(index, atom.insertion);
   if (std::isfinite(atom.occupancy)) {
@@ -295,43 +238,33 @@ void AtomColumns::radius(double radius) {
   columns_.radius(radius == 0 ? 1 : radius);
 }
 
-void AtomColumns::note(std::string key, std::uint64_t count, std::string text) {
-  if (count > 0) notes_.push_back({std::move(key), count, std::move(text)});
-}
-
-void AtomColumns::bond(std::uint64_t one, std::uint64_t other) {
-  bonds_.push_back(bond_between(one, other));
-}
-
 void AtomColumns::guess_elements() {
-  auto guesses = per_name<ElementGuess>(
-      residue_names_.column(), atom_names_.column(),
-      [](const std::string& residue, const std::string& name, bool two_letters) {
-        const AtomName atom{residue, name, two_letters};
-        return ElementGuess{guess_element(atom), element_of_columns(atom) != 0};
-      });
-  auto sites = per_name<bool>(residue_names_.column(), atom_names_.column(),
-                              [](const std::string& residue, const std::string& name, bool) {
-                                return is_virtual_site(residue, name, 0);
-                              });
+  PerName guesses(residue_names_.column(), atom_names_.column(),
+                  [](const std::string& residue, const std::string& name, bool two_letters) {
+                    const AtomName atom{residue, name, two_letters};
+                    return ElementGuess{guess_element(atom), element_of_columns(atom) != 0};
+                  });
+  PerName sites(residue_names_.column(), atom_names_.column(),
+                [](const std::string& residue, const std::string& name, bool /*two_letters*/) {
+                  return is_virtual_site(residue, name, 0);
+                });
   std::uint64_t guessed = 0;
   std::uint64_t unknown = 0;
   for (std::size_t i = 0; i < count(); ++i) {
     if (elements_[i] == to_be_guessed) {
-      const bool two = !flush_left_ && i < two_letters_.size() && two_letters_[i] != 0;
+      const bool two = !flush_left_ && two_letters_.at(i) != 0;
       const ElementGuess& guess = guesses.of(i, two);
       elements_[i] = guess.element;
       guessed += guess.element != 0 && !guess.certain ? 1 : 0;
     }
     if (elements_[i] == 0 && !sites.of(i, false)) ++unknown;
   }
-  note("guessed_elements", guessed,
-       in_number(guessed, "element", "elements") + " guessed from names of atoms and residues");
-  if (unknown > 0) notes_.push_back(unknown_elements_note(unknown));
+  note(guessed_elements_note(guessed, "guessed from names of atoms and residues"));
+  note(unknown_elements_note(unknown));
 }
 
 void AtomColumns::mend_elements() {
-  auto remedies = per_name<Mended>(residue_names_.column(), atom_names_.column(), mended);
+  PerName remedies(residue_names_.column(), atom_names_.column(), mended);
   std::uint64_t changed = 0;
   for (std::size_t i = 0; i < count(); ++i) {
     const std::uint8_t stated = elements_[i];
@@ -341,10 +274,10 @@ void AtomColumns::mend_elements() {
     elements_[i] = remedy.to;
     ++changed;
   }
-  note("mended_elements", changed,
-       in_number(changed, "element", "elements") +
-           " corrected: the file uses the first letters of atom names in proteins, nucleic "
-           "acids or water as symbols");
+  note({"mended_elements", changed,
+        in_number(changed, "element", "elements") +
+            " corrected: the file uses the first letters of atom names in proteins, nucleic "
+            "acids or water as symbols"});
 }
 
 /// Sets the types of a file without types: the elements' symbols or, without elements, the atom
@@ -363,28 +296,17 @@ void AtomColumns::name_types() {
   }
 }
 
-void AtomColumns::fill_radii(Particles& particles) const {
+/// Adds what ParticleColumns does not hold. `mask`: the chosen locations; empty: all.
+Particles AtomColumns::complete(Particles particles, const ParticleMask& mask) {
+  note({"zero_radii", without_radius_.size(),
+        in_number(without_radius_.size(), "radius of 0 replaced by the van der Waals radius",
+                  "radii of 0 replaced by van der Waals radii")});
   for (const std::size_t i : without_radius_) particles.radii[i] = element(elements_[i]).radius;
-}
-
-Particles AtomColumns::complete(Particles particles) {
-  note("zero_radii", without_radius_.size(),
-       in_number(without_radius_.size(), "radius of 0 replaced by the van der Waals radius",
-                 "radii of 0 replaced by van der Waals radii"));
-  fill_radii(particles);
   put_in_order(bonds_);
   particles.bonds = std::move(bonds_);
   particles.all_bonds = all_bonds_ && !particles.bonds.empty();
   if (choice_.rule == AlternativeChoice::Rule::all) {
     particles.alternatives = alternatives_.letters.values(particles.count());
-  }
-  ParticleMask mask;
-  const bool choose =
-      choice_.rule != AlternativeChoice::Rule::all && !alternatives_.letters.empty();
-  if (choose) {
-    const AtomIdentity atoms{residue_names_, atom_names_.column().index, chains_.column().index,
-                             residue_numbers_};
-    mask = chosen_locations(alternatives_, atoms, choice_);
   }
   if (!residue_names_.unnamed()) {
     particles.residue_numbers = std::move(residue_numbers_);
@@ -393,10 +315,10 @@ Particles AtomColumns::complete(Particles particles) {
   particles.atom_names = atom_names_.finish();
   particles.residue_names = residue_names_.finish();
   particles.chains = chains_.finish();
-  if (choose) {
+  if (!mask.empty()) {
     const auto left_out = static_cast<std::uint64_t>(std::ranges::count(mask, 0));
-    note("alternatives", left_out,
-         in_number(left_out, "alternative location", "alternative locations") + " left out");
+    note({"alternatives", left_out,
+          in_number(left_out, "alternative location", "alternative locations") + " left out"});
     if (left_out > 0) keep(particles, mask);
     particles.indices.clear();  // `index` does not count locations that are left out
   }
@@ -405,17 +327,31 @@ Particles AtomColumns::complete(Particles particles) {
 }
 
 Particles AtomColumns::finish_frame() {
-  settle_doubtful(alternatives_, {residue_names_, atom_names_.column().index,
-                                  chains_.column().index, residue_numbers_});
+  const AtomIdentity atoms{alternatives_, residue_names_, atom_names_.column().index,
+                           chains_.column().index, residue_numbers_};
+  settle_doubtful(atoms);
+  ParticleMask mask;
+  if (choice_.rule != AlternativeChoice::Rule::all && !alternatives_.letters.empty()) {
+    mask = chosen_locations(atoms, choice_);
+  }
   if (doubt_elements_) mend_elements();
   guess_elements();
   name_types();
-  return complete(columns_.finish_frame());
+  return complete(columns_.finish_frame(), mask);
 }
 
 Particles AtomColumns::finish() {
   if (count() == 0) place_->fail("the file has no particles: check that this is the right file");
   return finish_frame();
+}
+
+std::optional<std::uint8_t> element_of_listed(std::span<const TypesOfElement> lists,
+                                              std::string_view type) {
+  const std::string word = " " + std::string(type) + " ";
+  for (const TypesOfElement& list : lists) {
+    if (list.types.find(word) != std::string_view::npos) return list.element;
+  }
+  return {};
 }
 
 std::optional<std::int32_t> residue_number_in(std::string_view text) {

@@ -3,13 +3,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "cli/input/formats/notes.h"
 #include "cli/input/particles/particle_columns.h"
 
 namespace parray::input {
@@ -75,6 +76,36 @@ struct AlternativeColumns {
   std::vector<std::size_t> doubtful;  ///< particles with doubtful letters
 };
 
+/// Chooses one of the values that are offered for each key: one with the wanted letter or, without
+/// it, one with the highest occupancy. Of several equal ones, the first counts.
+template <typename Key, typename Value>
+class Choices {
+ public:
+  explicit Choices(const AlternativeChoice& choice) : choice_(choice) {}
+
+  /// `letters`: the letter of an alternative location, or a longer name, which nobody can want.
+  void offer(const Key& key, std::string_view letters, double occupancy, const Value& value) {
+    const bool wanted = choice_.rule == AlternativeChoice::Rule::letter &&
+                        letters == std::string_view(&choice_.letter, 1);
+    Offer& best = best_.try_emplace(key, Offer{wanted, occupancy, value}).first->second;
+    const bool better = wanted != best.wanted ? wanted : occupancy > best.occupancy;
+    if (better) best = {wanted, occupancy, value};
+  }
+  [[nodiscard]] bool has(const Key& key) const { return best_.contains(key); }
+  /// Returns the chosen value of a key that has().
+  [[nodiscard]] const Value& of(const Key& key) const { return best_.at(key).value; }
+
+ private:
+  struct Offer {
+    bool wanted;
+    double occupancy;
+    Value value;
+  };
+
+  AlternativeChoice choice_;
+  std::map<Key, Offer> best_;
+};
+
 /// Collects the atoms of one frame. At the end of the frame, it guesses missing elements from
 /// residue and name, and chooses among alternative locations by ParticleRequest::alternatives.
 /// Notes count the guessed elements and the locations that were left out. The last call is
@@ -97,11 +128,9 @@ class AtomColumns {
   /// Sets the radius of the last atom. 0 means the van der Waals radius of the element. Call it
   /// after each add(), or never.
   void radius(double radius);
-  /// Adds a note, unless `count` is 0.
-  void note(std::string key, std::uint64_t count, std::string text);
-  void note(ParticleNote note) { notes_.push_back(std::move(note)); }
-  /// Adds a bond between two different atoms, which count from 0 in the order of add().
-  void bond(std::uint64_t one, std::uint64_t other);
+  /// Adds a note, unless its count is 0.
+  void note(ParticleNote note) { add_note(notes_, std::move(note)); }
+  /// Adds a bond. Atoms count from 0 in the order of add().
   void bond(const StatedBond& bond) { bonds_.push_back(bond); }
   /// Says that the file states all bonds of its atoms, if it states any. Then automatic bonds are
   /// only those of the file, and close atoms get no others.
@@ -118,8 +147,7 @@ class AtomColumns {
   void guess_elements();
   void mend_elements();
   void name_types();
-  void fill_radii(Particles& particles) const;
-  Particles complete(Particles particles);
+  Particles complete(Particles particles, const ParticleMask& mask);
 
   const FilePlace* place_;
   AlternativeChoice choice_;
@@ -133,8 +161,7 @@ class AtomColumns {
   bool flush_left_ = false;
   bool doubt_elements_ = false;
   std::vector<std::int32_t> residue_numbers_;
-  std::vector<std::uint8_t>
-      two_letters_;  // per particle, up to the last particle with such a symbol
+  SparseColumn<std::uint8_t> two_letters_{0};
   AlternativeColumns alternatives_;
   std::vector<std::optional<std::size_t>> number_columns_;  // in the order of `names`
   std::vector<std::size_t> without_radius_;
@@ -142,6 +169,15 @@ class AtomColumns {
   std::vector<StatedBond> bonds_;
   bool all_bonds_ = false;
 };
+
+/// Types of a force field that belong to one element, separated and enclosed by blanks.
+struct TypesOfElement {
+  std::string_view types;
+  std::uint8_t element = 0;
+};
+/// Returns the element of a type. Returns nothing for types that are in none of the lists.
+std::optional<std::uint8_t> element_of_listed(std::span<const TypesOfElement> lists,
+                                              std::string_view type);
 
 /// Parses the number of a residue: "12", "A000" (hybrid-36: 10000), "27a1" (hexadecimal). Returns
 /// nothing for texts that are no number, such as "****".

@@ -29,15 +29,15 @@ T binary_value(const char* from, bool swapped) {
 /// Returns `bytes` rounded up to a multiple of four. XDR and netCDF pad data so.
 constexpr std::uint64_t padded(std::uint64_t bytes) { return (bytes + 3) / 4 * 4; }
 
-/// Reads a particle file as numbers in one byte order, once from front to back. Members that read
-/// throw InputError if the file ends early.
+/// Reads a particle file as big-endian numbers, once from front to back. Members that read throw
+/// InputError if the file ends early.
 class BinaryInput {
  public:
   /// `file` must outlive this object.
-  explicit BinaryInput(PackedFile& file, std::endian order = std::endian::big)
-      : input_(file), swapped_(order != std::endian::native) {}
+  explicit BinaryInput(PackedFile& file) : input_(file) {}
 
-  void set_order(std::endian order) { swapped_ = order != std::endian::native; }
+  /// Reads the following numbers in the byte order of this machine.
+  void use_native_order() { swapped_ = false; }
 
   /// Returns the next number.
   template <typename T>
@@ -83,7 +83,7 @@ class BinaryInput {
   [[noreturn]] void fail_end() const { place().fail_incomplete("the file ends within its data"); }
 
   ParticleInput input_;
-  bool swapped_;
+  bool swapped_ = std::endian::native != std::endian::big;
 };
 
 /// Returns `count`. Throws InputError at `place` if it is negative or above limits::max_shapes.

@@ -1,34 +1,221 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/cif_atoms.h"
-#include "cli/input/formats/cif_links.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/gemmi_seam.h"
-#include "cli/input/formats/not_shown.h"
+#include "cli/input/formats/notes.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {
 namespace {
 
-/// Returns whether the first line that is neither blank nor a comment starts with "data_".
-bool is_cif(const FileStart& start) {
+/// Recognises CIF of macromolecules (PDBx, whose names have a dot), of crystals (the core
+/// dictionary, whose names have no dot) and of components. The first line that is neither blank nor
+/// a comment starts with "data_".
+Confidence looks_like_cif(const FileStart& start) {
   for (const std::string_view line : start.lines()) {
     const std::string_view text = trimmed(line);
     if (text.empty() || text.starts_with('#')) continue;
-    return lower_case(text.substr(0, 5)) == "data_";
+    return certain_if(lower_case(text.substr(0, 5)) == "data_");
   }
-  return false;
+  return Confidence::none;
 }
 
-/// Recognises CIF of macromolecules (PDBx, whose names have a dot), of crystals (the core
-/// dictionary, whose names have no dot) and of components.
-Confidence looks_like_cif(const FileStart& start) { return certain_if(is_cif(start)); }
+/// One of the two atoms of a bond.
+struct CifLinkEnd {
+  std::string name;
+  std::string chain;
+  std::string label_chain;  ///< instead of an empty `chain`
+  std::string residue_number;
+  std::string label_number = "1";  ///< instead of an empty `residue_number`; 1 in components
+  std::string insertion;
+  std::string alternative;
+  /// The bond ends at the image of the atom under this symmetry operation. "1_555" (in mmCIF): the
+  /// atom itself.
+  std::string symmetry;
+};
+
+constexpr std::string_view links_prefix = "_struct_conn_";
+constexpr std::string_view types_prefix = "_struct_conn_type_";
+constexpr std::string_view component_prefix = "_chem_comp_bond_";
+constexpr std::string_view kind_tag = "_struct_conn_conn_type_id";
+
+using Tag = std::pair<std::string_view, std::string CifLinkEnd::*>;
+
+/// Tags of the dictionary mmcif_pdbx, with '#' for the number of the atom.
+constexpr std::array<Tag, 10> end_tags{{
+    {"_struct_conn_ptnr#_label_atom_id", &CifLinkEnd::name},
+    {"_struct_conn_ptnr#_label_asym_id", &CifLinkEnd::label_chain},
+    {"_struct_conn_ptnr#_label_seq_id", &CifLinkEnd::label_number},
+    {"_struct_conn_ptnr#_label_alt_id", &CifLinkEnd::alternative},
+    {"_struct_conn_ptnr#_auth_asym_id", &CifLinkEnd::chain},
+    {"_struct_conn_ptnr#_auth_seq_id", &CifLinkEnd::residue_number},
+    {"_struct_conn_pdbx_ptnr#_pdb_ins_code", &CifLinkEnd::insertion},
+    {"_struct_conn_pdbx_ptnr#_label_alt_id", &CifLinkEnd::alternative},
+    {"_struct_conn_ptnr#_symmetry", &CifLinkEnd::symmetry},
+    {"_chem_comp_bond_atom_id_#", &CifLinkEnd::name},
+}};
+
+/// Finds particles by names. Looks for all of them in one pass.
+class NamedParticles {
+ public:
+  explicit NamedParticles(const Particles& particles) : particles_(particles) {}
+
+  void want(const CifLinkEnd& end) {
+    if (const auto key = key_of(end)) found_[*key];
+  }
+  void search() {
+    for (std::size_t i = 0; i < particles_.count(); ++i) {
+      const auto known = found_.find(key_of(i));
+      if (known != found_.end()) known->second.push_back(i);
+    }
+  }
+  /// Returns the only particle that fits. Returns nothing if there is none or there are several.
+  [[nodiscard]] std::optional<std::size_t> find(const CifLinkEnd& end) const {
+    const auto key = key_of(end);
+    if (!key) return {};
+    std::optional<std::size_t> particle;
+    for (const std::size_t i : found_.at(*key)) {
+      if (!is_location(i, end.alternative)) continue;
+      if (particle) return {};
+      particle = i;
+    }
+    return particle;
+  }
+
+ private:
+  using Key = std::tuple<std::size_t, std::size_t, std::int32_t, char>;
+
+  static std::optional<std::size_t> number_of(const std::string& name, const NameColumn& column) {
+    if (column.empty()) return 0;
+    return place_in(column.names, name);
+  }
+  [[nodiscard]] std::optional<Key> key_of(const CifLinkEnd& end) const {
+    const auto name = number_of(end.name, particles_.atom_names);
+    const auto chain =
+        number_of(end.chain.empty() ? end.label_chain : end.chain, particles_.chains);
+    const auto residue =
+        residue_number_in(end.residue_number.empty() ? end.label_number : end.residue_number);
+    if (!name || !chain || !residue) return {};
+    const bool codes = !particles_.insertion_codes.empty() && !end.insertion.empty();
+    return Key(*name, *chain, particles_.residue_numbers.empty() ? 0 : *residue,
+               codes ? end.insertion[0] : ' ');
+  }
+  [[nodiscard]] Key key_of(std::size_t i) const {
+    const auto in = [i](const auto& column) { return column.empty() ? 0 : column[i]; };
+    const char code = particles_.insertion_codes.empty() ? ' ' : particles_.insertion_codes[i];
+    return Key(in(particles_.atom_names.index), in(particles_.chains.index),
+               in(particles_.residue_numbers), code);
+  }
+  [[nodiscard]] bool is_location(std::size_t i, const std::string& letter) const {
+    const std::vector<char>& letters = particles_.alternatives;
+    return letters.empty() || letters[i] == ' ' || letter.empty() || letters[i] == letter[0];
+  }
+
+  const Particles& particles_;
+  std::map<Key, std::vector<std::size_t>> found_;
+};
+
+/// The tables of bonds in a block: the bonds that CIF states between named atoms. struct_conn of
+/// mmCIF has links between residues, chem_comp_bond of components has all bonds.
+class CifLinks {
+ public:
+  /// Returns whether a plain tag (plain_tag() in cif_atoms.h) belongs to a table of bonds.
+  static bool is_table(std::string_view plain_tag) {
+    return plain_tag.starts_with(component_prefix) ||
+           (plain_tag.starts_with(links_prefix) && !plain_tag.starts_with(types_prefix));
+  }
+
+  /// Begins a table with these plain tags, one or more.
+  void start(const std::vector<std::string>& tags) {
+    component_ = tags[0].starts_with(component_prefix);
+    columns_.clear();
+    next_ = 0;
+    for (const std::string& tag : tags) {
+      Column column;
+      column.kind = tag == kind_tag;
+      for (const auto& [pattern, member] : end_tags) {
+        std::string wanted(pattern);
+        for (std::size_t end = 0; end < 2; ++end) {
+          wanted[pattern.find('#')] = end == 0 ? '1' : '2';
+          if (tag == wanted) column = {member, end, false};
+        }
+      }
+      columns_.push_back(column);
+    }
+  }
+
+  /// Adds the next value of the table, without quotes.
+  void add(std::string value) {
+    if (next_ == 0) links_.emplace_back().component = component_;
+    Link& link = links_.back();
+    const Column& column = columns_[next_];
+    if (column.kind) link.kind = lower_case(value);
+    if (column.member != nullptr) link.ends.at(column.end).*column.member = std::move(value);
+    next_ = next_ + 1 == columns_.size() ? 0 : next_ + 1;
+  }
+
+  /// Adds bonds to the particles. `component` true: those of chem_comp_bond. False: covalent,
+  /// disulfide and metal bonds of struct_conn whose ends have the same symmetry operation. A note
+  /// counts the bonds that were left out, because an atom is missing or occurs several times.
+  void finish(bool component, Particles& particles) const {
+    NamedParticles named(particles);
+    std::vector<const Link*> bonds;
+    for (const Link& link : links_) {
+      if (link.component != component || !is_bond(link)) continue;
+      bonds.push_back(&link);
+      for (const CifLinkEnd& end : link.ends) named.want(end);
+    }
+    if (bonds.empty()) return;
+    named.search();
+    std::uint64_t unknown = 0;
+    for (const Link* link : bonds) {
+      const auto first = named.find(link->ends[0]);
+      const auto second = named.find(link->ends[1]);
+      if (first && second && *first != *second) {
+        particles.bonds.push_back(bond_between(*first, *second));
+      } else {
+        ++unknown;
+      }
+    }
+    put_in_order(particles.bonds);
+    particles.all_bonds = component && !particles.bonds.empty();
+    add_note(particles.facts.notes, unknown_bonds_note(unknown));
+  }
+
+ private:
+  struct Column {
+    std::string CifLinkEnd::*member = nullptr;
+    std::size_t end = 0;
+    bool kind = false;  ///< the kind of the bond
+  };
+  struct Link {
+    std::array<CifLinkEnd, 2> ends;
+    bool component = false;
+    std::string kind;
+  };
+
+  static bool is_bond(const Link& link) {
+    const bool known = link.component || link.kind.starts_with("covale") || link.kind == "disulf" ||
+                       link.kind == "metalc";
+    return known && link.ends[0].symmetry == link.ends[1].symmetry;
+  }
+
+  bool component_ = false;       // of the current table
+  std::vector<Column> columns_;  // of the current table
+  std::size_t next_ = 0;
+  std::vector<Link> links_;
+};
 
 constexpr std::array<std::string_view, 2> operation_tags{"_space_group_symop_operation_xyz",
                                                          "_symmetry_equiv_pos_as_xyz"};
@@ -78,17 +265,12 @@ class CifReader : public CifVisitor {
       return;
     }
     if (!tags_.empty()) start_rows();
-    if (kind_ == Kind::atoms) {
-      if (row_.add(text)) sites_.add(row_);
-    } else if (kind_ == Kind::operations) {
-      if (column_ == operation_column_) operations_.push_back(cif_text(std::string(text)));
-      column_ = column_ + 1 == columns_ ? 0 : column_ + 1;
-    } else if (kind_ == Kind::geometry) {
-      geometry_bonds_ += column_ == 0 ? 1 : 0;
-      column_ = column_ + 1 == columns_ ? 0 : column_ + 1;
-    } else if (kind_ == Kind::links) {
-      links_.add(cif_text(std::string(text)));
-    }
+    const bool of_operation = kind_ == Kind::operations && column_ == operation_column_;
+    if (kind_ == Kind::atoms && row_.add(text)) sites_.add(row_);
+    if (kind_ == Kind::links) links_.add(cif_text(std::string(text)));
+    if (of_operation) operations_.push_back(cif_text(std::string(text)));
+    if (kind_ == Kind::geometry && column_ == 0) ++geometry_bonds_;
+    column_ = column_ + 1 == columns_ ? 0 : column_ + 1;
   }
 
   void end_loop() override {
@@ -110,13 +292,14 @@ class CifReader : public CifVisitor {
     }
     Particles particles = sites_.finish(crystal_);
     chosen_links_.finish(sites_.is_component(), particles);
-    note_geometry_bonds(chosen_geometry_bonds_, particles.facts);
-    if (more_blocks_ > 0) {
-      particles.facts.notes.push_back({"blocks", more_blocks_,
-                                       in_number(more_blocks_, "further block with atoms, which is",
-                                                 "further blocks with atoms, which are") +
-                                           " not read"});
-    }
+    add_note(particles.facts.notes,
+             {"geometry_bonds", chosen_geometry_bonds_,
+              in_number(chosen_geometry_bonds_, "bond", "bonds") +
+                  " of the table _geom_bond not read: ParRay finds bonds by distances"});
+    add_note(particles.facts.notes,
+             {"blocks", more_blocks_,
+              in_number(more_blocks_, "further block with atoms, which is not read",
+                        "further blocks with atoms, which are not read")});
     return particles;
   }
 
@@ -127,24 +310,20 @@ class CifReader : public CifVisitor {
   void start_rows() {
     kind_ = Kind::other;
     const std::vector<std::string> tags = std::exchange(tags_, {});
+    columns_ = tags.size();
+    column_ = 0;
     if (start_atoms(tags)) return;
     if (CifLinks::is_table(tags[0]) && !done_) {
       links_.start(tags);
       kind_ = Kind::links;
       return;
     }
-    if (tags[0].starts_with("_geom_bond_")) {
-      kind_ = Kind::geometry;
-      columns_ = tags.size();
-      column_ = 0;
-    }
+    if (tags[0].starts_with("_geom_bond_")) kind_ = Kind::geometry;
     for (const std::string_view tag : operation_tags) {
-      const auto at = std::ranges::find(tags, tag);
-      if (at == tags.end() || done_ || !operations_.empty()) continue;
+      const auto at = place_in(tags, tag);
+      if (!at || done_ || !operations_.empty()) continue;
       kind_ = Kind::operations;
-      operation_column_ = static_cast<std::size_t>(at - tags.begin());
-      columns_ = tags.size();
-      column_ = 0;
+      operation_column_ = *at;
     }
   }
 
@@ -180,33 +359,26 @@ class CifReader : public CifVisitor {
     }
   }
 
-  /// Reads the items of a single atom as a table with one row.
-  void read_only_atom() {
-    std::vector<std::string> tags;
+  /// Reads the items of a single atom or bond as a table with one row.
+  void read_items() {
+    std::vector<std::string> of_atom;
+    std::vector<std::string> of_link;
     for (const auto& [tag, value] : items_) {
-      if (table_of(tag) != CifTable::other) tags.push_back(tag);
+      if (table_of(tag) != CifTable::other) of_atom.push_back(tag);
+      if (CifLinks::is_table(tag)) of_link.push_back(tag);
     }
-    if (tags.empty() || !start_atoms(tags) || kind_ != Kind::atoms) return;
-    for (const std::string& tag : tags) {
-      if (row_.add(items_[tag])) sites_.add(row_);
+    if (!of_atom.empty() && start_atoms(of_atom) && kind_ == Kind::atoms) {
+      for (const std::string& tag : of_atom) {
+        if (row_.add(items_[tag])) sites_.add(row_);
+      }
+      kind_ = Kind::other;
     }
-    kind_ = Kind::other;
-  }
-
-  /// Reads the items of a single bond as a table with one row.
-  void read_only_link() {
-    std::vector<std::string> tags;
-    for (const auto& [tag, value] : items_) {
-      if (CifLinks::is_table(tag)) tags.push_back(tag);
-    }
-    if (tags.empty()) return;
-    links_.start(tags);
-    for (const std::string& tag : tags) links_.add(cif_text(items_[tag]));
+    if (!of_link.empty()) links_.start(of_link);
+    for (const std::string& tag : of_link) links_.add(cif_text(items_[tag]));
   }
 
   void end_block() {
-    read_only_atom();
-    read_only_link();
+    read_items();
     more_blocks_ += std::exchange(more_atoms_, false) ? 1 : 0;
     if (!done_ && sites_.has_table()) {
       done_ = true;
@@ -220,32 +392,32 @@ class CifReader : public CifVisitor {
     operations_.clear();
   }
 
-  [[nodiscard]] double length_of(const std::string& tag, double otherwise) const {
+  /// Returns the value of an item without quotes. Returns "" for a missing item, '.' and '?'.
+  [[nodiscard]] std::string item(std::string_view tag) const {
     const auto found = items_.find(tag);
-    if (found == items_.end()) return otherwise;
-    return number_in(without_uncertainty(cif_text(found->second))).value_or(otherwise);
+    return found == items_.end() ? "" : cif_text(found->second);
+  }
+
+  [[nodiscard]] double number_of(std::string_view tag, double otherwise) const {
+    return number_in(without_uncertainty(item(tag))).value_or(otherwise);
   }
 
   void keep_cell() {
-    crystal_.lengths = {length_of("_cell_length_a", 0), length_of("_cell_length_b", 0),
-                        length_of("_cell_length_c", 0)};
-    crystal_.angles = {length_of("_cell_angle_alpha", 90), length_of("_cell_angle_beta", 90),
-                       length_of("_cell_angle_gamma", 90)};
+    crystal_.lengths = {number_of("_cell_length_a", 0), number_of("_cell_length_b", 0),
+                        number_of("_cell_length_c", 0)};
+    crystal_.angles = {number_of("_cell_angle_alpha", 90), number_of("_cell_angle_beta", 90),
+                       number_of("_cell_angle_gamma", 90)};
     crystal_.operations = operations_;
     for (const std::string_view tag : operation_tags) {
-      const auto only = items_.find(std::string(tag));
-      if (operations_.empty() && only != items_.end()) {
-        crystal_.operations = {cif_text(only->second)};
-      }
+      if (operations_.empty() && items_.contains(tag)) crystal_.operations = {item(tag)};
     }
     for (const char* tag :
          {"_symmetry_int_tables_number", "_space_group_it_number", "_symmetry_space_group_name_h-m",
           "_space_group_name_h-m_alt", "_symmetry_space_group_name_hall",
           "_space_group_name_hall"}) {  // ordered by precision: the last one given decides
-      const auto found = items_.find(tag);
-      if (found == items_.end() || cif_text(found->second).empty()) continue;
-      const std::string name = cif_text(found->second);
-      if (!operations_of_space_group(name).empty()) crystal_.space_group = name;
+      const std::string name = item(tag);
+      const bool known = !name.empty() && !operations_of_space_group(name).empty();
+      if (known) crystal_.space_group = name;
     }
   }
 
@@ -257,7 +429,7 @@ class CifReader : public CifVisitor {
   std::uint64_t geometry_bonds_ = 0;         // of the current block
   std::uint64_t chosen_geometry_bonds_ = 0;  // of the block with the atoms
   Crystal crystal_;
-  std::map<std::string, std::string> items_;  // items of the current block
+  std::map<std::string, std::string, std::less<>> items_;  // items of the current block
   std::vector<std::string> operations_;
   std::vector<std::string> tags_;  // tags of a loop whose rows have not begun
   std::string item_;               // tag of the next value; empty: ignore the value
@@ -271,34 +443,6 @@ class CifReader : public CifVisitor {
   bool done_ = false;
 };
 
-/// The bytes of the file. Converts the line ends of old Macintoshes ("\r") to "\n", which CIF
-/// needs.
-class CifBytes {
- public:
-  explicit CifBytes(PackedFile& file) : file_(file) {}
-
-  std::size_t read(char* to, std::size_t bytes) {
-    const std::size_t got = file_.read(to, bytes);
-    if (!known_) look_at(to, got);
-    if (carriage_returns_) std::replace(to, to + got, '\r', '\n');
-    return got;
-  }
-
- private:
-  void look_at(const char* text, std::size_t bytes) {
-    const char* const end = text + bytes;
-    const char* const first =
-        std::find_if(text, end, [](char c) { return c == '\r' || c == '\n'; });
-    if (first == end) return;
-    known_ = true;
-    carriage_returns_ = *first == '\r' && first + 1 != end && first[1] != '\n';
-  }
-
-  PackedFile& file_;
-  bool known_ = false;
-  bool carriage_returns_ = false;
-};
-
 /// Reads CIF. Uses the first block with atoms:
 /// - mmCIF (_atom_site with Cartesian coordinates): models are frames; reads the cell and bonds
 ///   between residues (_struct_conn). Numbers: occupancy, b_factor, charge (formal).
@@ -308,9 +452,18 @@ class CifBytes {
 ///   of the model. Reads bonds (_chem_comp_bond). Numbers: charge.
 Particles read_cif(PackedFile& file, const ParticleRequest& request) {
   CifReader reader(file.name(), request);
-  CifBytes bytes(file);
+  std::optional<bool> old_ends;  // whether lines end with "\r" alone, as on old Macintoshes
+  const auto read = [&](char* to, std::size_t most) {
+    const std::string_view text(to, file.read(to, most));
+    const std::size_t end = old_ends ? std::string_view::npos : text.find_first_of("\r\n");
+    if (end < text.size()) {
+      old_ends = text[end] == '\r' && end + 1 < text.size() && text[end + 1] != '\n';
+    }
+    if (old_ends.value_or(false)) std::replace(to, to + text.size(), '\r', '\n');  // CIF needs "\n"
+    return text.size();
+  };
   try {
-    parse_cif([&](char* to, std::size_t most) { return bytes.read(to, most); }, reader);
+    parse_cif(read, reader);
   } catch (const CifError& error) {
     reader.at_line(std::max<std::uint64_t>(error.line(), reader.place().number));
     reader.place().fail("the file is not valid CIF (" + printable(error.what()) +

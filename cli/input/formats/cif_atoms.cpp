@@ -65,8 +65,7 @@ constexpr std::array<Name, 42> known_items{{
 }};
 
 CifItem item_of(std::string_view tag) {
-  const auto* const found =
-      std::ranges::find_if(known_items, [&](const Name& name) { return name.first == tag; });
+  const auto* const found = std::ranges::find(known_items, tag, &Name::first);
   return found == known_items.end() ? CifItem::count : found->second;
 }
 
@@ -83,7 +82,6 @@ std::uint8_t element_of_symbol(std::string_view type) {
 
 /// Returns the position if the row has all three coordinates.
 std::optional<Vec3d> position_of(const CifRow& row, CifItem x, const FilePlace& place) {
-  if (!row.has_position(x)) return {};
   const CifItem y = CifRow::after(x, 1);
   const CifItem z = CifRow::after(x, 2);
   if (row.text(x).empty() || row.text(y).empty() || row.text(z).empty()) return {};
@@ -114,12 +112,10 @@ void CifRow::start(const std::vector<std::string>& tags) {
   has_.fill(false);
   next_ = 0;
   for (const std::string& tag : tags) {
-    CifItem item = item_of(tag);
-    if (item != CifItem::count && has(item)) {
-      item = CifItem::count;  // the first of two equal columns counts
-    }
-    items_.push_back(item);
-    if (item != CifItem::count) has_[static_cast<std::size_t>(item)] = true;
+    const CifItem item = item_of(tag);
+    const bool used = item != CifItem::count && !has(item);  // of two equal columns, the first
+    items_.push_back(used ? item : CifItem::count);
+    if (used) has_[static_cast<std::size_t>(item)] = true;
   }
 }
 
@@ -135,11 +131,9 @@ std::string_view CifRow::text(CifItem item) const {
 }
 
 std::string_view CifRow::axis_name(CifItem item) {
-  constexpr std::string_view ideal_x = "pdbx_model_cartn_x_ideal";
-  constexpr std::string_view ideal_y = "pdbx_model_cartn_y_ideal";
-  constexpr std::string_view ideal_z = "pdbx_model_cartn_z_ideal";
-  constexpr std::array<std::string_view, 9> axes{
-      "cartn_x", "cartn_y", "cartn_z", "fract_x", "fract_y", "fract_z", ideal_x, ideal_y, ideal_z};
+  constexpr auto axes = std::to_array<std::string_view>(
+      {"cartn_x", "cartn_y", "cartn_z", "fract_x", "fract_y", "fract_z", "pdbx_model_cartn_x_ideal",
+       "pdbx_model_cartn_y_ideal", "pdbx_model_cartn_z_ideal"});
   return axes[static_cast<std::size_t>(item)];
 }
 
@@ -157,11 +151,9 @@ std::string_view without_uncertainty(std::string_view value) {
 }
 
 void CifSites::start(CifTable table, const CifRow& row) {
-  if (table == CifTable::components) {
-    kind_ = Kind::component;
-  } else {
-    kind_ = row.has_position(CifItem::x) ? Kind::cartesian : Kind::fractional;
-  }
+  kind_ = table == CifTable::components ? Kind::component
+          : row.has(CifItem::x)         ? Kind::cartesian
+                                        : Kind::fractional;
 }
 
 void CifSites::add(const CifRow& row) {
@@ -212,9 +204,7 @@ void CifSites::add_cartesian(const CifRow& row) {
   atom.insertion = first_of(row.text(CifItem::insertion));
   atom.alternative = first_of(row.text(CifItem::alternative));
   const std::string_view symbol = row.text(CifItem::symbol);
-  if (const std::uint8_t element = atomic_number_of(symbol); element != 0 || !symbol.empty()) {
-    atom.element = element;
-  }
+  if (!symbol.empty()) atom.element = atomic_number_of(symbol);
   const double occupancy = row.number_or_unknown(CifItem::occupancy);
   atom.occupancy = occupancy;
   atoms_->add(atom);
@@ -266,19 +256,22 @@ void CifSites::check_placed(std::size_t placed) const {
       "no atom has three coordinates: replace each ? and . of the coordinates by a number");
 }
 
+Particles CifSites::finish_atoms(AtomColumns& atoms) const {
+  check_placed(atoms.count());
+  atoms.note({"unplaced", unplaced_,
+              in_number(unplaced_, "atom", "atoms") + " without coordinates left out"});
+  return atoms.finish();
+}
+
 Particles CifSites::finish_cartesian(const Crystal& crystal) {
   if (models_.empty()) place_->fail("the file has no particles: check that this is the right file");
   const bool last = request_.frame && request_.frame->last;
   const std::uint64_t frame = last ? models_.size() - 1 : request_.frame_number();
   if (!atoms_) fail_without_frame(*place_, models_.size(), frame);
-  check_placed(atoms_->count());
-  atoms_->note("unplaced", unplaced_,
-               in_number(unplaced_, "atom", "atoms") + " without coordinates left out");
-  Particles particles = atoms_->finish();
+  Particles particles = finish_atoms(*atoms_);
   const Vec3d& edges = crystal.lengths;
-  const bool dummy =
-      edges.x == 1 && edges.y == 1 && edges.z == 1;  // a placeholder, as in PDB's CRYST1
-  if (!dummy) particles.cell = cell_from(edges, crystal.angles);
+  const bool placeholder = edges.x == 1 && edges.y == 1 && edges.z == 1;  // as in PDB's CRYST1
+  if (!placeholder) particles.cell = cell_from(edges, crystal.angles);
   particles.facts.frame = frame;
   if (last || request_.all) particles.facts.frames = models_.size();
   return particles;
@@ -297,19 +290,14 @@ Particles CifSites::finish_component() {
       ++unplaced_;
       continue;
     }
-    Atom atom;
-    atom.position = *position;
-    atom.name = from.name;
-    atom.residue_name = from.residue;
-    atom.residue_number = 1;
-    atom.element = from.element;
-    atoms.add(atom);
+    atoms.add({.position = *position,
+               .name = from.name,
+               .residue_name = from.residue,
+               .residue_number = 1,
+               .element = from.element});
     atoms.numbers({{from.charge}});
   }
-  check_placed(atoms.count());
-  atoms.note("unplaced", unplaced_,
-             in_number(unplaced_, "atom", "atoms") + " without coordinates left out");
-  return atoms.finish();
+  return finish_atoms(atoms);
 }
 
 Particles CifSites::finish(Crystal& crystal) {
@@ -322,12 +310,10 @@ Particles CifSites::finish(Crystal& crystal) {
   crystal.sites = std::move(sites_);
   Particles particles = unit_cell(std::move(crystal), request_, *place_);
   auto& notes = particles.facts.notes;
-  if (unplaced_ > 0)
-    notes.push_back({"unplaced", unplaced_,
-                     in_number(unplaced_, "site", "sites") + " without coordinates left out"});
-  if (dummies_ > 0)
-    notes.push_back({"left_out_dummies", dummies_,
-                     in_number(dummies_, "dummy site", "dummy sites") + " left out"});
+  add_note(notes, {"unplaced", unplaced_,
+                   in_number(unplaced_, "site", "sites") + " without coordinates left out"});
+  add_note(notes, {"left_out_dummies", dummies_,
+                   in_number(dummies_, "dummy site", "dummy sites") + " left out"});
   return particles;
 }
 

@@ -79,10 +79,6 @@ class CifRow {
   [[nodiscard]] std::size_t width() const { return items_.size(); }
 
   [[nodiscard]] bool has(CifItem item) const { return has_[static_cast<std::size_t>(item)]; }
-  /// Returns whether the table has all three coordinates. `x` is the first.
-  [[nodiscard]] bool has_position(CifItem x) const {
-    return has(x) && has(after(x, 1)) && has(after(x, 2));
-  }
   static CifItem after(CifItem item, int steps) {
     return static_cast<CifItem>(static_cast<int>(item) + steps);
   }
@@ -122,8 +118,8 @@ class CifSites {
   CifSites(const ParticleRequest& request, const FilePlace& place)
       : request_(request), place_(&place) {}
 
-  /// Begins the table. `table` is not `other`. The columns of `row` decide whether the positions
-  /// are Cartesian.
+  /// Begins the table. `table` is not `other`. The columns of `row`, which has all three
+  /// coordinates of a position or none, decide whether the positions are Cartesian.
   void start(CifTable table, const CifRow& row);
   [[nodiscard]] bool has_table() const { return kind_ != Kind::none; }
   [[nodiscard]] bool is_component() const { return kind_ == Kind::component; }
@@ -137,9 +133,6 @@ class CifSites {
   Particles finish(Crystal& crystal);
 
  private:
-  /// Fails if no atom has a position.
-  void check_placed(std::size_t placed) const;
-
   enum class Kind : std::uint8_t {
     none,
     cartesian,   ///< models of macromolecules
@@ -160,6 +153,9 @@ class CifSites {
   void add_fractional(const CifRow& row);
   void add_component(const CifRow& row);
   bool in_chosen_model(const CifRow& row);
+  /// Fails if the file has atoms, but none has a position.
+  void check_placed(std::size_t placed) const;
+  Particles finish_atoms(AtomColumns& atoms) const;
   Particles finish_cartesian(const Crystal& crystal);
   Particles finish_component();
 

@@ -16,15 +16,13 @@
 namespace parray::input {
 namespace {
 
-bool starts_number(char c) { return ascii::is_digit(c) || c == '.'; }
-
 /// Scans one of the three parts of an operation. Skips blanks.
 class Part {
  public:
   explicit Part(std::string_view text) : text_(text) {}
 
   char peek() {
-    while (!text_.empty() && (text_[0] == ' ' || text_[0] == '\t')) text_.remove_prefix(1);
+    while (!text_.empty() && ascii::is_blank(text_[0])) text_.remove_prefix(1);
     return text_.empty() ? '\0' : text_[0];
   }
   bool take(char c) {
@@ -44,8 +42,7 @@ class Part {
   /// Returns 0 to 2 for x, y, z.
   std::optional<std::size_t> axis() {
     constexpr std::string_view letters = "xyzXYZ";
-    const char c = peek();
-    const std::size_t at = c == '\0' ? std::string_view::npos : letters.find(c);
+    const std::size_t at = letters.find(peek());
     if (at == std::string_view::npos) return {};
     text_.remove_prefix(1);
     return at % 3;
@@ -72,7 +69,7 @@ bool read_row(std::string_view text, double* row) {
     double factor = part.take('-') ? -1 : 1;
     if (factor > 0) part.take('+');
     std::optional<std::size_t> axis;
-    if (starts_number(part.peek())) {
+    if (ascii::is_digit(part.peek()) || part.peek() == '.') {
       const auto number = fraction_in(part);
       if (!number) return false;
       factor *= *number;
@@ -120,31 +117,6 @@ Vec3d image_of(const SymmetryOperation& operation, const Vec3d& f) {
   return {row(0), row(1), row(2)};
 }
 
-/// Returns the chosen group of each assembly.
-std::map<std::string, std::string> chosen_groups(const std::vector<CrystalSite>& sites,
-                                                 const AlternativeChoice& choice) {
-  std::map<std::string, std::pair<std::string, double>> best;
-  const auto wanted = [&](const std::string& group) {
-    return choice.rule == AlternativeChoice::Rule::letter && group == std::string{choice.letter};
-  };
-  for (const CrystalSite& site : sites) {
-    if (site.group.empty()) continue;
-    const auto [known, fresh] =
-        best.try_emplace(site.assembly, std::pair{site.group, site.occupancy});
-    auto& [group, occupancy] = known->second;
-    if (fresh || group == site.group) {
-      occupancy = std::max(occupancy, site.occupancy);
-      continue;
-    }
-    const bool better =
-        wanted(site.group) != wanted(group) ? wanted(site.group) : site.occupancy > occupancy;
-    if (better) known->second = {site.group, site.occupancy};
-  }
-  std::map<std::string, std::string> groups;
-  for (const auto& [assembly, found] : best) groups[assembly] = found.first;
-  return groups;
-}
-
 /// Returns a key that is equal for sites at the same place.
 std::array<long, 3> site_key(const CrystalSite& site) {
   constexpr double steps = 10000;  // steps along an edge
@@ -156,10 +128,13 @@ std::array<long, 3> site_key(const CrystalSite& site) {
 /// highest occupancy, or the first of equals. Returns the removed sites.
 std::vector<CrystalSite> leave_one(std::vector<CrystalSite>& sites,
                                    const AlternativeChoice& choice) {
-  const auto groups = chosen_groups(sites, choice);
+  Choices<std::string, std::string> groups(choice);  // by assembly
+  for (const CrystalSite& site : sites) {
+    if (!site.group.empty()) groups.offer(site.assembly, site.group, site.occupancy, site.group);
+  }
   std::map<std::array<long, 3>, const CrystalSite*> best;
   const auto in_group = [&](const CrystalSite& site) {
-    return site.group.empty() || groups.at(site.assembly) == site.group;
+    return site.group.empty() || groups.of(site.assembly) == site.group;
   };
   for (const CrystalSite& site : sites) {
     if (!in_group(site)) continue;
@@ -189,18 +164,6 @@ std::vector<Vec3d> images_of(const CrystalSite& site, const ParticleCell& cell,
     if (!known) images.push_back(image);
   }
   return images;
-}
-
-void add_site(const CrystalSite& site, const std::vector<Vec3d>& images, const ParticleCell& cell,
-              AtomColumns& atoms) {
-  Atom atom;
-  atom.name = site.label;
-  atom.element = site.element;
-  for (const Vec3d& image : images) {
-    atom.position = placed(cell, image);
-    atoms.add(atom);
-    atoms.numbers({{site.occupancy, site.b_factor}});
-  }
 }
 
 std::vector<SymmetryOperation> operations_of(const Crystal& crystal, const FilePlace& place) {
@@ -243,9 +206,9 @@ Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FileP
   std::vector<SymmetryOperation> operations = operations_of(crystal, place);
   AtomColumns atoms(place, request, {"occupancy", "b_factor"});
   if (operations.empty()) {
-    atoms.note("unknown_symmetry", crystal.sites.size(),
-               in_number(crystal.sites.size(), "site", "sites") +
-                   " shown without symmetry, because the file names no known symmetry");
+    atoms.note({"unknown_symmetry", crystal.sites.size(),
+                in_number(crystal.sites.size(), "site", "sites") +
+                    " shown without symmetry, because the file names no known symmetry"});
     operations.push_back({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
   }
   std::uint64_t left_out = 0;
@@ -257,13 +220,16 @@ Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FileP
   std::uint64_t partial = 0;
   for (const CrystalSite& site : crystal.sites) {
     const std::vector<Vec3d> images = images_of(site, *cell, operations);
-    add_site(site, images, *cell, atoms);
     if (site.occupancy < 1) partial += images.size();
+    for (const Vec3d& image : images) {
+      atoms.add({.position = placed(*cell, image), .name = site.label, .element = site.element});
+      atoms.numbers({{site.occupancy, site.b_factor}});
+    }
   }
-  atoms.note("alternatives", left_out,
-             in_number(left_out, "atom", "atoms") + " on disordered or shared sites left out");
-  atoms.note("partial_occupancy", partial,
-             in_number(partial, "atom", "atoms") + " on sites that are not fully occupied");
+  atoms.note({"alternatives", left_out,
+              in_number(left_out, "atom", "atoms") + " on disordered or shared sites left out"});
+  atoms.note({"partial_occupancy", partial,
+              in_number(partial, "atom", "atoms") + " on sites that are not fully occupied"});
   Particles particles = atoms.finish();
   particles.cell = cell;
   return particles;

@@ -4,23 +4,19 @@
 #include "cli/input/formats/binary_input.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 
 namespace parray::input {
 namespace {
 
+constexpr std::int32_t header_bytes = 84;  // Fortran writes the length of a record before it
+
 /// Recognises trajectories of CHARMM and NAMD in either byte order.
 Confidence looks_like_dcd(const FileStart& start) {
-  constexpr std::uint32_t first_record =
-      84;  // length in bytes, which Fortran writes before the record
-  if (start.little_endian(0) != first_record && start.big_endian(0) != first_record &&
-      start.big_endian(4) != first_record) {
-    return Confidence::none;
-  }
-  return certain_if(start.has("CORD", 4) || start.has("CORD", 8) || start.has("VELD", 4));
+  const bool header = start.little_endian(0) == header_bytes ||
+                      start.big_endian(0) == header_bytes || start.big_endian(4) == header_bytes;
+  const bool kind = start.has("CORD", 4) || start.has("CORD", 8) || start.has("VELD", 4);
+  return certain_if(header && kind);
 }
-
-constexpr std::int32_t header_bytes = 84;
 
 /// Places of the header's integers that ParRay uses, out of 20.
 enum Control : std::size_t {
@@ -100,11 +96,11 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     }
     if (kind != "CORD") fail_other_file();
     for (std::int32_t& value : control_) value = input_.get<std::int32_t>();
-    close_record(header_bytes);
+    check_length(header_bytes);
     skip_title();
-    open_record(4);
+    check_length(4);
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
-    close_record(4);
+    check_length(4);
     if (has_fixed()) read_moving();
   }
 
@@ -119,7 +115,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     const std::int64_t rest =
         whole_lines ? std::int64_t{lines} * line_bytes : std::max(bytes - 4, 0);
     input_.skip(static_cast<std::uint64_t>(rest));
-    close_record(bytes);
+    check_length(bytes);
   }
 
   [[noreturn]] void fail_other_file() const {
@@ -132,7 +128,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   void find_order() {
     const std::string_view first = input_.bytes(4);
     if (binary_value<std::int32_t>(first.data(), false) == header_bytes) {
-      input_.set_order(std::endian::native);
+      input_.use_native_order();
     } else if (binary_value<std::int32_t>(first.data(), true) != header_bytes) {
       fail_other_file();
     }
@@ -144,21 +140,20 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     if (moving < 0 || control_[fixed_atoms] < 0) {
       input_.fail_damaged("the header has an impossible number of fixed atoms");
     }
-    open_record(4 * moving);
+    check_length(4 * moving);
     input_.each<std::int32_t>(static_cast<std::uint64_t>(moving), [&](std::int32_t number) {
       if (number < 1 || static_cast<std::uint64_t>(number) > atoms_) {
         input_.fail_damaged("a moving atom does not exist");
       }
       moving_.push_back(static_cast<std::size_t>(number) - 1);
     });
-    close_record(4 * moving);
+    check_length(4 * moving);
   }
 
   /// Checks the length of a record. Fortran writes it before and after the record.
-  void open_record(std::int64_t bytes) {
+  void check_length(std::int64_t bytes) {
     if (input_.get<std::int32_t>() != bytes) fail_record();
   }
-  void close_record(std::int64_t bytes) { open_record(bytes); }
   [[noreturn]] void fail_record() const { input_.fail_damaged("a record has the wrong length"); }
 
   [[nodiscard]] bool has_fixed() const { return control_[fixed_atoms] != 0; }
@@ -178,10 +173,10 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   std::optional<ParticleCell> read_positions() {
     std::optional<ParticleCell> cell;
     if (says(has_cell)) {
-      open_record(cell_bytes);
+      check_length(cell_bytes);
       std::array<double, 6> six{};
       for (double& value : six) value = input_.get<double>();
-      close_record(cell_bytes);
+      check_length(cell_bytes);
       cell = dcd_cell(six);
     }
     for (const Axis axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) read_axis(axis);
@@ -192,7 +187,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   void read_axis(Axis axis) {
     const std::uint64_t count = axis_atoms();
     const bool all = count == atoms_;
-    open_record(static_cast<std::int64_t>(4 * count));
+    check_length(static_cast<std::int64_t>(4 * count));
     std::size_t i = 0;
     input_.each<float>(count, [&](float value) {
       const std::size_t atom = all ? i : moving_[i];
@@ -200,7 +195,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
       positions_[atom].*axis = static_cast<double>(value);
       ++i;
     });
-    close_record(static_cast<std::int64_t>(4 * count));
+    check_length(static_cast<std::int64_t>(4 * count));
   }
 
   static constexpr std::int64_t cell_bytes = 48;
@@ -218,12 +213,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
 /// Reads DCD (CHARMM, NAMD, X-PLOR, LAMMPS) in both byte orders, with fixed atoms and all forms of
 /// the cell. Format: CHARMM documentation, "dynamc", trajectory files. The number of a frame's step
 /// is its time.
-constinit const ParticleFormat dcd_format{.name = "DCD",
-                                          .extensions = {".dcd"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_dcd,
-                                          .read = read_frame<DcdFrames>,
-                                          .holds = ParticleFormat::Holds::positions};
+constinit const ParticleFormat dcd_format = frames_in_angstrom<DcdFrames>(
+    "DCD", {".dcd"}, looks_like_dcd, ParticleFormat::Holds::positions);
 
 }  // namespace parray::input

@@ -6,6 +6,7 @@
 #include <span>
 #include <string_view>
 
+#include "cli/input/particles/frames.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
 
@@ -54,28 +55,26 @@ struct ParticleFormat {
   Holds holds = Holds::all;
 };
 
-extern const ParticleFormat ply_format;
-extern const ParticleFormat xyz_format;
-extern const ParticleFormat lammps_dump_format;
-extern const ParticleFormat lammps_data_format;
-extern const ParticleFormat dcd_format;
-extern const ParticleFormat xtc_format;
-extern const ParticleFormat trr_format;
-extern const ParticleFormat netcdf_format;
-extern const ParticleFormat inpcrd_format;
-extern const ParticleFormat psf_format;
-extern const ParticleFormat prmtop_format;
-extern const ParticleFormat pdb_format;
-extern const ParticleFormat pdbqt_format;
-extern const ParticleFormat pqr_format;
-extern const ParticleFormat gro_format;
-extern const ParticleFormat poscar_format;
-extern const ParticleFormat gsd_format;
-extern const ParticleFormat sdf_format;
-extern const ParticleFormat tinker_format;
-extern const ParticleFormat mol2_format;
-extern const ParticleFormat cif_format;
-extern const ParticleFormat csv_format;
+/// Returns a format whose files may have several frames, which `Frames` reads (see read_frame()),
+/// with lengths in angstrom.
+template <typename Frames>
+constexpr ParticleFormat frames_in_angstrom(
+    std::string_view name, const std::array<std::string_view, 3>& extensions,
+    Confidence (*confidence)(const FileStart& start),
+    ParticleFormat::Holds holds = ParticleFormat::Holds::all) noexcept {
+  return {.name = name,
+          .extensions = extensions,
+          .frames = true,
+          .in_angstrom = true,
+          .confidence = confidence,
+          .read = read_frame<Frames>,
+          .holds = holds};
+}
+
+extern const ParticleFormat ply_format, xyz_format, lammps_dump_format, lammps_data_format,
+    dcd_format, xtc_format, trr_format, netcdf_format, gsd_format, inpcrd_format, psf_format,
+    prmtop_format, pdb_format, pdbqt_format, pqr_format, poscar_format, gro_format, sdf_format,
+    mol2_format, tinker_format, cif_format, csv_format;
 
 /// Returns all formats, in the order in which their recognisers run.
 std::span<const ParticleFormat* const> particle_formats();

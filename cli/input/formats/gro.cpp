@@ -7,55 +7,42 @@
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/text.h"
 
 namespace parray::input {
 namespace {
 
+constexpr std::size_t least_line_bytes = 25;
+constexpr std::size_t numbers_start = 20;  // after the numbers and names of residue and atom
+
+/// Returns the width of each number in a row: the distance of the decimal points, for any
+/// precision. Returns 0 if there are no two points.
+std::size_t width_of(std::string_view line) {
+  const std::size_t first = line.find('.', numbers_start);
+  const std::size_t second = first == std::string_view::npos ? first : line.find('.', first + 1);
+  return second == std::string_view::npos ? 0 : second - first;
+}
+
 /// Recognises GRO (GROMACS reference manual, "File formats").
 Confidence looks_like_gro(const FileStart& start) {
-  constexpr std::size_t names_end =
-      20;  // end of the residue's number and name and the atom's name and number
-  if (!is_natural(trimmed(start.line(1)))) return Confidence::none;
   const std::string_view atom = start.line(2);
-  if (atom.size() <= names_end || !is_natural(trimmed(atom.substr(0, 5)))) return Confidence::none;
-  const std::string_view numbers = atom.substr(names_end);
-  const std::size_t dot = numbers.find('.');
-  const std::size_t next = dot == std::string_view::npos ? dot : numbers.find('.', dot + 1);
-  if (next == std::string_view::npos) return Confidence::none;
-  const std::size_t width = next - dot;  // width of a coordinate; its precision may vary
+  const std::size_t width = width_of(atom);
+  if (!is_natural(trimmed(start.line(1))) || !is_natural(field_at(atom, 0, 5)) || width == 0) {
+    return Confidence::none;
+  }
   for (std::size_t i = 0; i < 3; ++i) {
-    if (numbers.size() <= i * width) return Confidence::none;
-    if (!is_number(trimmed(numbers.substr(i * width, width)))) return Confidence::none;
+    if (!is_number(field_at(atom, numbers_start + i * width, width))) return Confidence::none;
   }
   return Confidence::likely;
 }
-
-constexpr std::size_t least_line_bytes = 25;
-constexpr std::size_t numbers_start = 20;
 
 /// Returns the number after "t=" in the title, in picoseconds.
 std::optional<double> time_in(std::string_view title) {
   const std::size_t at = title.rfind("t=");
   if (at == std::string_view::npos) return {};
-  std::vector<std::string_view> words;
-  split_at_blanks(title.substr(at + 2), words);
+  const std::vector<std::string_view> words = words_of(title.substr(at + 2));
   return words.empty() ? std::nullopt : number_in(words[0]);
-}
-
-/// Returns the width of each number in a row: the distance of the decimal points, for any
-/// precision.
-std::size_t width_of(std::string_view line, const FilePlace& place) {
-  const std::size_t first = line.find('.', numbers_start);
-  const std::size_t second = first == std::string_view::npos ? first : line.find('.', first + 1);
-  if (second == std::string_view::npos) {
-    place.fail(
-        "the row has no two decimal points from column 21 on: write x, y and z there with decimal "
-        "points");
-  }
-  return second - first;
 }
 
 /// Splits numbers of equal precision that may have no blanks between them. Each has as many digits
@@ -77,8 +64,7 @@ std::vector<std::string_view> equal_numbers(std::string_view line) {
 /// v3(x) v3(y).
 std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& place) {
   constexpr std::size_t all = 9;
-  std::vector<std::string_view> words;
-  split_at_blanks(line, words);
+  std::vector<std::string_view> words = words_of(line);
   if (words.size() == 1) words = equal_numbers(trimmed(line));
   std::array<double, all> v{};
   if (words.size() != 3 && words.size() < all) {
@@ -125,13 +111,17 @@ class GroFrames final : public FramesOf<ParticleInput> {
     std::size_t width = 0;
     for (std::uint64_t i = 0; i < count_; ++i) {
       go_on(i);
-      if (i == 0) width = width_of(input_.line(), input_.place());
+      if (i == 0) width = width_of(input_.line());
+      if (width == 0) {
+        input_.fail(
+            "the row has no two decimal points from column 21 on: write x, y and z there with "
+            "decimal points");
+      }
       add_row(input_.line(), width, atoms);
     }
     go_on(count_);
     const auto cell = gro_box_in(input_.line(), input_.place());
-    const ParticleNote note = nm_note(count_);
-    atoms.note(note.key, note.count, note.text);
+    atoms.note(nm_note(count_));
     Particles particles = atoms.finish_frame();
     particles.cell = cell;
     particles.facts.time = time_in(title_);
@@ -177,11 +167,7 @@ class GroFrames final : public FramesOf<ParticleInput> {
 /// Reads GRO of GROMACS (manual.gromacs.org, "gro") in any precision, with several frames. Converts
 /// positions from nm to angstrom, so that van der Waals radii fit. Converts velocities (vx, vy, vz)
 /// to angstrom per picosecond. The box becomes the cell. "t=" in the title is the time.
-constinit const ParticleFormat gro_format{.name = "GRO",
-                                          .extensions = {".gro"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_gro,
-                                          .read = read_frame<GroFrames>};
+constinit const ParticleFormat gro_format =
+    frames_in_angstrom<GroFrames>("GRO", {".gro"}, looks_like_gro);
 
 }  // namespace parray::input

@@ -8,8 +8,8 @@
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/gsd_file.h"
+#include "cli/input/formats/notes.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/stated_bonds.h"
 #include "common/base/printable.h"
@@ -46,8 +46,8 @@ std::vector<std::string> column_names(std::string_view chunk, std::size_t column
   std::vector<std::string> names;
   for (std::size_t i = 0; i < columns; ++i) {
     const bool vector = columns == 3 || columns == 4;
-    names.push_back(name + "_" +
-                    (vector ? std::string(axes.at(i + 4 - columns)) : std::to_string(i)));
+    const std::string end = vector ? std::string(axes.at(i + 4 - columns)) : std::to_string(i);
+    names.push_back(name + "_" + end);
   }
   return names;
 }
@@ -92,12 +92,10 @@ class GsdFrames final : public FrameReader {
     particles.cell = cell();
     add_bonds(particles);
     particles.facts.time = number_of("configuration/step", 0);
-    if (by_default > 0) {
-      particles.facts.notes.push_back(
-          {"default_diameters", by_default,
-           in_number(by_default, "particle", "particles") +
-               " with the default diameter 1, because the file states no diameter"});
-    }
+    add_note(particles.facts.notes,
+             {"default_diameters", by_default,
+              in_number(by_default, "particle", "particles") +
+                  " with the default diameter 1, because the file states no diameter"});
     return particles;
   }
 

@@ -26,28 +26,6 @@ Confidence looks_like_inpcrd(const FileStart& start) {
   return Confidence::likely;
 }
 
-/// Reads numbers of 12 characters, six per line.
-class WideNumbers {
- public:
-  explicit WideNumbers(ParticleInput& input) : input_(input) {}
-
-  /// Returns the next number. Returns nothing at the end of the file.
-  std::optional<double> next() {
-    while (trimmed(line_).empty()) {
-      if (!input_.next_line()) return {};
-      line_ = input_.line();
-    }
-    constexpr std::size_t width = 12;
-    const std::string_view field = line_.substr(0, width);
-    line_.remove_prefix(field.size());
-    return number_field(trimmed(field), "number", input_.place());
-  }
-
- private:
-  ParticleInput& input_;
-  std::string_view line_;
-};
-
 /// Reads the box. After the positions, the file has the same number of velocities or none, then six
 /// numbers of the box or none.
 std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t atoms) {
@@ -63,20 +41,29 @@ std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t 
 /// ambermd.org/FileFormats.php.
 Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
   ParticleInput input(file);
-  std::vector<std::string_view> words;
   if (!input.next_line() || !input.next_line()) {
     input.fail_incomplete("the file has no number of atoms");
   }
-  split_at_blanks(input.line(), words);
+  const std::vector<std::string_view> words = words_of(input.line());
   if (words.empty()) {
     input.fail("line 2 has no number of atoms: check that this is a restart file of AMBER");
   }
   const std::uint64_t count = count_field(words[0], input.place());
   const std::optional<double> time = words.size() > 1 ? number_in(words[1]) : std::nullopt;
-  WideNumbers numbers(input);
+  std::string_view row;  // the rest of the current line, which has at most six numbers
+  const auto next = [&]() -> std::optional<double> {
+    while (trimmed(row).empty()) {
+      if (!input.next_line()) return {};
+      row = input.line();
+    }
+    constexpr std::size_t width = 12;
+    const std::string_view field = row.substr(0, width);
+    row.remove_prefix(field.size());
+    return number_field(trimmed(field), "number", input.place());
+  };
   ParticleColumns columns(input.place());
   const auto take = [&] {
-    const std::optional<double> number = numbers.next();
+    const std::optional<double> number = next();
     if (!number) input.fail_incomplete("the file ends within its positions");
     return *number;
   };
@@ -86,7 +73,7 @@ Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
     columns.position({x, y, take()});
   }
   std::vector<double> rest;
-  while (const std::optional<double> number = numbers.next()) rest.push_back(*number);
+  while (const std::optional<double> number = next()) rest.push_back(*number);
   Particles particles = columns.finish();
   particles.cell = box_in(rest, particles.count());
   particles.facts.time = time;

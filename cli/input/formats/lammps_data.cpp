@@ -1,15 +1,15 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
+#include "cli/input/formats/atom_columns.h"
 #include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
-#include "cli/input/formats/not_shown.h"
+#include "cli/input/formats/notes.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/guess_element.h"
@@ -37,7 +37,7 @@ Confidence looks_like_lammps_data(const FileStart& start) {
     atoms = atoms || (words.size() >= 2 && is_natural(words[0]) && words[1] == "atoms");
     box = box || (words.size() >= 4 && (words[2] == "xlo" || words[3] == "avec"));
   }
-  return atoms && box ? Confidence::certain : Confidence::none;
+  return certain_if(atoms && box);
 }
 
 struct AtomStyle {
@@ -78,11 +78,6 @@ bool is_whole(std::string_view text) {
   return natural_in(text).has_value();
 }
 
-bool is_type(std::string_view text, std::uint64_t types) {
-  const std::optional<std::uint64_t> number = natural_in(text);
-  return number && *number >= 1 && *number <= types;
-}
-
 /// Returns the columns of the section Atoms for an atom style, with the names of layout_of():
 /// LAMMPS manual, "read_data", table of atom styles. Image flags may follow these columns. Returns
 /// nothing if the style is unknown or has no fixed columns.
@@ -90,8 +85,7 @@ std::vector<std::string> lammps_style_columns(std::string_view style) {
   const auto* const found = std::ranges::find(styles, style, &AtomStyle::name);
   if (found == styles.end()) return {};
   const std::string text = std::string(found->columns) + " x y z " + std::string(found->after);
-  std::vector<std::string_view> words;
-  split_at_blanks(text, words);
+  const Fields words = words_of(text);
   return {words.begin(), words.end()};
 }
 
@@ -101,19 +95,19 @@ std::string_view lammps_style_of(const Fields& row, std::uint64_t types) {
   std::size_t columns = row.size();
   constexpr std::size_t flags = 3;
   if (columns >= 8 && std::all_of(row.end() - flags, row.end(), is_whole)) columns -= flags;
-  const bool third_is_type = row.size() > 2 && is_type(row[2], types);
+  const bool third_is_type =
+      row.size() > 2 && parsed_between<std::uint64_t>(row[2], 1, types).has_value();
   if (columns == 5) return "atomic";
   if (columns == 6) return third_is_type ? "molecular" : "charge";
   if (columns == 7) return third_is_type ? "full" : "sphere";
   return {};
 }
 
-constexpr double unknown_number = std::numeric_limits<double>::quiet_NaN();
 /// Returns whether a line is the keyword of a section (LAMMPS manual, "read_data").
 bool is_section(std::string_view text) {
-  constexpr std::array<std::string_view, 11> names{"Atoms",  "Velocities", "Masses",   "Ellipsoids",
-                                                   "Lines",  "Triangles",  "Bodies",   "Bonds",
-                                                   "Angles", "Dihedrals",  "Impropers"};
+  constexpr auto names = std::to_array<std::string_view>(
+      {"Atoms", "Velocities", "Masses", "Ellipsoids", "Lines", "Triangles", "Bodies", "Bonds",
+       "Angles", "Dihedrals", "Impropers"});
   if (text.empty() || !ascii::is_upper(text[0])) return false;
   return text.ends_with(" Coeffs") || text.ends_with(" Type Labels") || place_in(names, text);
 }
@@ -127,8 +121,7 @@ class DataHeader {
   std::uint64_t bodies = 0;  ///< line segments, triangles and bodies
 
   void read(const Fields& words, const FilePlace& place) {
-    std::string line;
-    for (const std::string_view word : words) line.append(" ").append(word);
+    const std::string line = " " + joined(words, " ");
     if (line.ends_with(" atoms")) {
       atoms = count_field(words[0], place);
     } else if (line.ends_with(" atom types")) {
@@ -244,18 +237,13 @@ class DataFile {
     } else if (section == "Atom Type Labels" && words_.size() >= 2) {
       labels_[std::string(words_[0])] = words_[1];
     } else if (section == "Bonds" && header_.bonds > 0) {
-      add_bond();
+      if (words_.size() < 4) {
+        input_.fail_incomplete("the line needs number, type and two atoms of a bond");
+      }
+      bonds_.push_back(numbers_.bond(words_[2], words_[3], input_.place()));
     } else if (section == "Ellipsoids" && words_.size() >= 4) {
       ellipsoids_ += is_ellipsoid(words_[1], words_[2], words_[3]) ? 1 : 0;
     }
-  }
-
-  /// Adds the bond in a row: number, type, two atoms.
-  void add_bond() {
-    if (words_.size() < 4) {
-      input_.fail_incomplete("the line needs number, type and two atoms of a bond");
-    }
-    bonds_.push_back(numbers_.bond(words_[2], words_[3], input_.place()));
   }
 
   [[nodiscard]] bool wants_velocities() const {
@@ -280,7 +268,11 @@ class DataFile {
         use_diameters(names, layout);
         want_numbers(other_fields(names, layout), request_, layout, columns_);
       }
-      if (words_.size() != width && words_.size() != width + image_flags) fail_width(width);
+      if (words_.size() != width && words_.size() != width + image_flags) {
+        input_.fail(std::to_string(words_.size()) + " columns, but the atom style has " +
+                    std::to_string(width) + ", or " + std::to_string(width + image_flags) +
+                    " with image flags: correct the row, or the style in 'Atoms # full'");
+      }
       add_row(words_, layout, input_.place(), columns_);
       if (header_.bonds > 0) numbers_.add(parsed<std::int64_t>(words_[0]));
       if (wants_velocities()) ids_.emplace_back(words_[0]);
@@ -306,12 +298,6 @@ class DataFile {
                 unknown_style_ + ": write its name, such as 'Atoms # full'");
   }
 
-  [[noreturn]] void fail_width(std::size_t width) const {
-    input_.fail(std::to_string(words_.size()) + " columns, but the atom style has " +
-                std::to_string(width) + ", or " + std::to_string(width + image_flags) +
-                " with image flags: correct the row, or the style in 'Atoms # full'");
-  }
-
   Particles finish() {
     Particles particles = columns_.finish();
     add_velocities(particles);
@@ -326,15 +312,18 @@ class DataFile {
     std::vector<double> masses;
     for (const std::string& name : particles.types.names) {
       const auto mass = masses_.find(name);
-      masses.push_back(mass == masses_.end() ? unknown_number : mass->second);
+      masses.push_back(mass == masses_.end() ? not_known : mass->second);
     }
     take_elements_of_masses(masses, particles);
     use_labels(particles.types);
     put_in_order(bonds_);
     particles.all_bonds = !bonds_.empty();
     particles.bonds = std::move(bonds_);
-    note_ellipsoids(ellipsoids_, particles.facts);
-    note_bodies(header_.bodies, particles.facts);
+    add_note(particles.facts.notes, ellipsoids_note(ellipsoids_));
+    add_note(particles.facts.notes,
+             {"bodies", header_.bodies,
+              in_number(header_.bodies, "line segment, triangle or body shown as a sphere",
+                        "line segments, triangles or bodies shown as spheres")});
     return particles;
   }
 
@@ -358,8 +347,7 @@ class DataFile {
       NumberColumn column{std::string(name), {}};
       for (const std::string& id : ids_) {
         const auto known = velocities_.find(id);
-        column.values.push_back(known == velocities_.end() ? unknown_number
-                                                           : known->second.at(axis));
+        column.values.push_back(known == velocities_.end() ? not_known : known->second.at(axis));
       }
       particles.numbers.push_back(std::move(column));
     }
@@ -388,19 +376,16 @@ class DataFile {
   std::unordered_map<std::string, std::array<double, 3>> velocities_;  // by id
 };
 
-/// Returns the style of units in the title that LAMMPS writes: "... units = metal".
-std::string_view style_of_units(std::string_view title) {
-  constexpr std::string_view key = "units = ";
-  const std::size_t at = title.find(key);
-  return at == std::string_view::npos ? std::string_view() : trimmed(title.substr(at + key.size()));
-}
-
 /// Reads the section Atoms of a style with fixed columns. The hint after "Atoms" names the style;
 /// without a hint, the number of columns decides. Elements come from the masses of the types. Notes
-/// count ellipsoids and other bodies.
+/// count ellipsoids and other bodies. The title may name the style of units: "... units = metal".
 Particles read_lammps_data(PackedFile& file, const ParticleRequest& request) {
+  constexpr std::string_view key = "units = ";
   Particles particles = DataFile(file, request).read();
-  particles.facts.length_unit = length_unit_of_lammps(style_of_units(file.start().line(0)));
+  const std::string_view title = file.start().line(0);
+  const std::size_t at = title.find(key);
+  const std::string_view style = at < title.size() ? title.substr(at + key.size()) : "";
+  particles.facts.length_unit = length_unit_of_lammps(trimmed(style));
   return particles;
 }
 

@@ -2,10 +2,9 @@
 #include <array>
 
 #include "cli/input/formats/format_table.h"
-#include "cli/input/formats/not_shown.h"
+#include "cli/input/formats/notes.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/length_unit.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/printable.h"
@@ -14,11 +13,11 @@
 namespace parray::input {
 namespace {
 
-Confidence looks_like_lammps_dump(const FileStart& start) {
-  return start.has("ITEM: ") ? Confidence::certain : Confidence::none;
-}
-
 constexpr std::string_view item_mark = "ITEM: ";
+
+Confidence looks_like_lammps_dump(const FileStart& start) {
+  return certain_if(start.has(item_mark));
+}
 
 Vec3d at(const ParticleCell& box, const Vec3d& scaled) {
   return box.origin + scaled.x * box.edges[0] + scaled.y * box.edges[1] + scaled.z * box.edges[2];
@@ -27,6 +26,8 @@ Vec3d at(const ParticleCell& box, const Vec3d& scaled) {
 struct DumpLayout {
   RowLayout row;
   bool scaled = false;
+  std::optional<std::array<std::size_t, 3>> shape;  ///< diameters of ellipsoids along their axes
+  bool oriented = false;
 };
 
 void next_data_line(ParticleInput& input) {
@@ -77,34 +78,39 @@ ParticleCell read_general_box(ParticleInput& input) {
 
 /// Finds the columns of the first complete kind of position.
 void find_position(const Fields& names, DumpLayout& layout, const FilePlace& place) {
-  struct Kind {
-    std::array<std::string_view, 3> axes;
-    bool scaled;
-  };
-  constexpr std::array<Kind, 4> kinds{{{{"x", "y", "z"}, false},
-                                       {{"xu", "yu", "zu"}, false},
-                                       {{"xs", "ys", "zs"}, true},
-                                       {{"xsu", "ysu", "zsu"}, true}}};
-  for (const Kind& kind : kinds) {
-    const auto x = place_in(names, kind.axes[0]);
-    const auto y = place_in(names, kind.axes[1]);
-    const auto z = place_in(names, kind.axes[2]);
-    if (!x || !y || !z) continue;
-    layout.row.position = {*x, *y, *z};
-    layout.scaled = kind.scaled;
+  using Axes = std::array<std::string_view, 3>;
+  constexpr std::array<Axes, 4> kinds{
+      Axes{"x", "y", "z"}, {"xu", "yu", "zu"}, {"xs", "ys", "zs"}, {"xsu", "ysu", "zsu"}};
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    const auto position = places_of_three(names, kinds[i]);
+    if (!position) continue;
+    layout.row.position = *position;
+    layout.scaled = i >= 2;
     return;
   }
   place.fail("the dump has no positions: dump x y z, xu yu zu or xs ys zs");
 }
 
-DumpLayout layout_of_dump(const Fields& names, const FilePlace& place) {
+/// `lower`: the names in lower case.
+DumpLayout layout_of_dump(const Fields& names, const std::vector<std::string>& lower,
+                          const FilePlace& place) {
   DumpLayout layout;
   find_position(names, layout, place);
   layout.row.type = place_in(names, "type");
   layout.row.element = place_in(names, "element");
   layout.row.radius = place_in(names, "radius");
-  use_diameters(lower_case(names), layout.row);
+  use_diameters(lower, layout.row);
+  layout.shape = places_of_three(lower, {"shapex", "shapey", "shapez"});
+  layout.oriented = place_in(lower, "quatw").has_value();
   return layout;
+}
+
+/// Returns whether the three diameters of a row are not all equal. In a table with orientations but
+/// without diameters, every row is an ellipsoid.
+bool is_ellipsoid_row(const Fields& row, const DumpLayout& layout) {
+  if (!layout.shape) return layout.oriented;
+  const auto& [x, y, z] = *layout.shape;
+  return is_ellipsoid(row[x], row[y], row[z]);
 }
 
 /// The part of a frame before the particles.
@@ -118,14 +124,11 @@ struct DumpHeader {
 
 /// Reads the boundaries "pp pp fs" at the end of an item. Without them, the box stays periodic.
 void read_boundaries(std::string_view item, ParticleCell& box) {
-  Fields words;
-  split_at_blanks(item, words);
+  const Fields words = words_of(item);
   for (std::size_t i = 0; words.size() >= 3 && i < 3; ++i) {
     const std::string_view word = words[words.size() - 3 + i];
     constexpr std::string_view open = "fsm";  // fixed and two kinds of shrink-wrapped faces
-    if (word.size() == 2 && open.find(word[0]) != std::string_view::npos) {
-      box.periodic.at(i) = false;
-    }
+    if (word.size() == 2 && open.find(word[0]) < open.size()) box.periodic.at(i) = false;
   }
 }
 
@@ -135,11 +138,10 @@ void read_item(ParticleInput& input, DumpHeader& header) {
   if (item == "NUMBER OF ATOMS") {
     next_data_line(input);
     header.count = count_field(trimmed(input.line()), input.place());
-  } else if (item.starts_with("BOX BOUNDS abc origin")) {
-    header.box = read_general_box(input);
-    read_boundaries(item, *header.box);
   } else if (item.starts_with("BOX BOUNDS")) {
-    header.box = read_box(input, item.starts_with("BOX BOUNDS xy xz yz"));
+    const bool general = item.starts_with("BOX BOUNDS abc origin");
+    header.box = general ? read_general_box(input)
+                         : read_box(input, item.starts_with("BOX BOUNDS xy xz yz"));
     read_boundaries(item, *header.box);
   } else if (item == "TIMESTEP" || item == "TIME") {
     next_data_line(input);
@@ -195,22 +197,20 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   }
 
   Particles read() override {
-    Fields names;
-    split_at_blanks(header_.atoms, names);
-    DumpLayout layout = layout_of_dump(names, input_.place());
+    const Fields names = words_of(header_.atoms);
+    const std::vector<std::string> lower = lower_case(names);
+    DumpLayout layout = layout_of_dump(names, lower, input_.place());
     if (layout.scaled && !header_.box) {
       input_.fail("scaled positions need the box's bounds along x, y and z: dump x y z");
     }
     ParticleColumns columns(input_.place());
     const std::uint64_t least_row_bytes = 2 * names.size();
     columns.expect(std::min(*header_.count, input_.bytes_left().value_or(0) / least_row_bytes + 1));
-    want_numbers(other_fields(lower_case(names), layout.row), request_, layout.row, columns);
-    const std::vector<std::string> lower = lower_case(names);
-    EllipsoidRows ellipsoids({lower.begin(), lower.end()});
-    read_rows(names.size(), layout, columns, ellipsoids);
+    want_numbers(other_fields(lower, layout.row), request_, layout.row, columns);
+    const std::uint64_t ellipsoids = read_rows(names.size(), layout, columns);
     go_to_frame();
     Particles particles = columns.finish_frame();
-    note_ellipsoids(ellipsoids.count(), particles.facts);
+    add_note(particles.facts.notes, ellipsoids_note(ellipsoids));
     particles.facts.time = header_.time;
     particles.facts.length_unit = length_unit_;
     if (header_.box) particles.cell = valid_cell(*header_.box);
@@ -218,8 +218,9 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   }
 
  private:
-  void read_rows(std::size_t width, const DumpLayout& layout, ParticleColumns& columns,
-                 EllipsoidRows& ellipsoids) {
+  /// Reads the rows of the frame. Returns the number of ellipsoids.
+  std::uint64_t read_rows(std::size_t width, const DumpLayout& layout, ParticleColumns& columns) {
+    std::uint64_t ellipsoids = 0;
     Fields row;
     for (std::uint64_t i = 0; i < *header_.count; ++i) {
       input_.next_row(i, *header_.count, "atoms");
@@ -231,8 +232,9 @@ class DumpFrames final : public FramesOf<ParticleInput> {
       const Vec3d position = position_of(row, layout.row, input_.place());
       columns.position(layout.scaled ? at(*header_.box, position) : position);
       add_attributes(row, layout.row, input_.place(), columns);
-      ellipsoids.add(row);
+      ellipsoids += is_ellipsoid_row(row, layout) ? 1 : 0;
     }
+    return ellipsoids;
   }
 
   void go_to_frame() {

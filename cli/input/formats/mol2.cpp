@@ -10,7 +10,6 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
 #include "common/base/text.h"
@@ -23,12 +22,8 @@ Confidence looks_like_mol2(const FileStart& start) {
       start.lines(), [](std::string_view line) { return line.starts_with("@<TRIPOS>MOLECULE"); }));
 }
 
-/// Types of GAFF, separated and enclosed by blanks, and their element.
-struct GaffTypes {
-  std::string_view types;
-  std::uint8_t element;
-};
-constexpr std::array<GaffTypes, 10> gaff_types{
+/// Types of GAFF and GAFF2 (files gaff.dat and gaff2.dat of AmberTools).
+constexpr std::array<TypesOfElement, 10> gaff_types{
     {{" h1 h2 h3 h4 h5 ha hc hn ho hp hs hw hx ", 1},
      {" c c1 c2 c3 c5 c6 ca cc cd ce cf cg ch cp cq cs cu cv cx cy cz ", 6},
      {" n n1 n2 n3 n4 n5 n6 n7 n8 n9 n+ na nb nc nd ne nf nh ni nj nk nl nm nn no np nq ns nt nu "
@@ -42,27 +37,16 @@ constexpr std::array<GaffTypes, 10> gaff_types{
      {" br ", 35},
      {" i ", 53}}};
 
-/// Returns the element of a type of GAFF and GAFF2 (files gaff.dat and gaff2.dat of AmberTools).
-/// Returns nothing for other texts, such as "opls_135".
-std::optional<std::uint8_t> element_of_gaff_type(std::string_view type) {
-  const std::string word = " " + std::string(type) + " ";
-  const auto* const found = std::ranges::find_if(gaff_types, [&](const GaffTypes& known) {
-    return known.types.find(word) != std::string_view::npos;
-  });
-  return found == gaff_types.end() ? std::nullopt : std::optional(found->element);
-}
-
 /// Returns the element of an atom type. SYBYL's types are a symbol ("Cl", "Fe"), often with a
 /// suffix after a dot ("C.ar", "O.co2"); "Du", "LP", "Any", "Hal", "Het" and "Hev" are not
 /// elements. GAFF's types are in lower case: "ca" is an aromatic carbon. Returns nothing for types
 /// of other force fields (AMBER's "CA", "opls_135"); the atom's name must decide.
 std::optional<std::uint8_t> element_of_type(std::string_view type) {
   const std::string_view symbol = type.substr(0, type.find('.'));
-  for (const std::string_view none : {"Du", "LP", "Any", "Hal", "Het", "Hev"}) {
-    if (symbol == none) return 0;
-  }
+  constexpr std::array<std::string_view, 6> none{"Du", "LP", "Any", "Hal", "Het", "Hev"};
+  if (place_in(none, symbol)) return 0;
   if (symbol.empty()) return {};
-  if (ascii::is_lower(symbol[0])) return element_of_gaff_type(type);
+  if (ascii::is_lower(symbol[0])) return element_of_listed(gaff_types, type);
   const bool sybyl = symbol.size() == 1 || ascii::is_lower(symbol[1]);
   const std::uint8_t element = sybyl ? atomic_number_of(symbol) : 0;
   return element != 0 ? std::optional(element) : std::nullopt;
@@ -149,8 +133,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
       atom.residue_number = number ? *number : residue_number_in(words_[6]).value_or(0);
     }
     atoms.add(atom);
-    const auto charge = words_.size() > 8 ? number_in(words_[8]) : std::nullopt;
-    atoms.numbers({{charge.value_or(not_known)}});
+    atoms.numbers({{words_.size() > 8 ? number_or_nan(words_[8]) : not_known}});
   }
 
   /// Adds the bond in a row: number, two atoms in the order of the file, type. "nc" means that the
@@ -183,11 +166,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
 
 /// Reads MOL2 ("Tripos Mol2 File Format", 2009). Molecules are frames, CRYSIN is the cell. Numbers:
 /// charge. Types are those of SYBYL or any other text.
-constinit const ParticleFormat mol2_format{.name = "MOL2",
-                                           .extensions = {".mol2"},
-                                           .frames = true,
-                                           .in_angstrom = true,
-                                           .confidence = looks_like_mol2,
-                                           .read = read_frame<Mol2Frames>};
+constinit const ParticleFormat mol2_format =
+    frames_in_angstrom<Mol2Frames>("MOL2", {".mol2"}, looks_like_mol2);
 
 }  // namespace parray::input

@@ -8,7 +8,6 @@
 #include "cli/input/formats/binary_input.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 
 /// The header follows "The NetCDF Classic Format Specification" (OGC 10-092r3), versions 1
 /// (classic), 2 (64-bit offset) and 5 (64-bit data). ParRay has its own reader for two reasons:
@@ -22,45 +21,58 @@ Confidence looks_like_netcdf(const FileStart& start) {
   return certain_if(start.has("CDF\1"sv) || start.has("CDF\2"sv) || start.has("CDF\5"sv));
 }
 
-/// The type of a variable's numbers.
-enum class NetcdfType : std::uint8_t { other, float32, float64 };
+// Types of values in the file that ParRay reads.
+constexpr std::uint32_t type_char = 2;
+constexpr std::uint32_t type_float = 5;
+constexpr std::uint32_t type_double = 6;
+
+/// Bytes per value, by the number of the type.
+constexpr std::array<std::uint64_t, 12> type_bytes{0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
 
 struct NetcdfVariable {
   std::vector<std::uint64_t> shape;  ///< lengths of the dimensions except that of the records
-  std::vector<std::string> dimensions;
   bool by_record = false;
-  NetcdfType type{};
+  std::uint32_t type = 0;
   std::uint64_t offset = 0;  ///< offset of its data in the file, or in the first record
   double scale = 1;          ///< attribute scale_factor
   std::string units;
 
-  [[nodiscard]] std::uint64_t count() const;  ///< number of numbers per record
-  [[nodiscard]] std::uint64_t bytes() const;
+  [[nodiscard]] bool is_real() const { return type == type_float || type == type_double; }
+  /// Returns the number of values per record.
+  [[nodiscard]] std::uint64_t count() const {
+    std::uint64_t values = 1;
+    for (const std::uint64_t length : shape) {
+      if (length > 0 && values > UINT64_MAX / length) return UINT64_MAX;
+      values *= length;
+    }
+    return values;
+  }
+  [[nodiscard]] std::uint64_t bytes() const { return count() * type_bytes.at(type); }
 };
 
 struct NetcdfHeader {
   std::map<std::string, NetcdfVariable, std::less<>> variables;
-  std::optional<std::uint64_t>
-      records;  ///< number of records; not given: until the end of the file
+  /// Number of records; not given: until the end of the file.
+  std::optional<std::uint64_t> records;
   std::uint64_t record_bytes = 0;
 
-  [[nodiscard]] const NetcdfVariable* find(std::string_view name) const;
+  [[nodiscard]] const NetcdfVariable* find(std::string_view name) const {
+    const auto found = variables.find(name);
+    return found == variables.end() ? nullptr : &found->second;
+  }
 };
 
 constexpr std::uint64_t most_items = 10'000;  // in a list
 constexpr std::uint64_t most_name_bytes = 1024;
 constexpr std::uint64_t most_numbers = std::uint64_t{1} << 40;  // in a variable
 
-struct Dimension {
-  std::string name;
-  std::uint64_t length = 0;  ///< 0: the dimension of the records
-};
-
 struct Attribute {
   std::string text;
   double number = 1;
 };
 
+/// Reads the header at the beginning of the file. Fails for other files, for netCDF-4, and for
+/// impossible counts.
 class HeaderReader {
  public:
   explicit HeaderReader(BinaryInput& input) : input_(input) {}
@@ -68,11 +80,12 @@ class HeaderReader {
   NetcdfHeader read() {
     read_version();
     NetcdfHeader header;
-    header.records = read_records();
-    std::vector<Dimension> dimensions;
+    const std::uint64_t records = take_size();
+    if (records != (version_ == 5 ? UINT64_MAX : UINT32_MAX)) header.records = records;
+    std::vector<std::uint64_t> dimensions;  // lengths; 0: the dimension of the records
     read_list(dimension_tag, [&] {
-      std::string name = take_name();
-      dimensions.push_back({std::move(name), take_size()});
+      take_name();
+      dimensions.push_back(take_size());
     });
     read_list(attribute_tag, [&] {
       take_name();
@@ -82,7 +95,9 @@ class HeaderReader {
       std::string name = take_name();
       header.variables.insert_or_assign(std::move(name), take_variable(dimensions));
     });
-    find_record_bytes(header);
+    for (const std::uint64_t bytes : record_parts_) {  // padded, unless there is only one
+      header.record_bytes += record_parts_.size() == 1 ? bytes : padded(bytes);
+    }
     return header;
   }
 
@@ -101,12 +116,6 @@ class HeaderReader {
       input_.fail(
           "this is not a netCDF file: the file does not begin with CDF and version 1, 2 or 5");
     }
-  }
-
-  std::optional<std::uint64_t> read_records() {
-    const std::uint64_t records = take_size();
-    const std::uint64_t unknown = version_ == 5 ? UINT64_MAX : UINT32_MAX;
-    return records == unknown ? std::nullopt : std::optional(records);
   }
 
   std::uint64_t take_size() {
@@ -135,37 +144,31 @@ class HeaderReader {
     const std::uint64_t count = take_size();
     if (type == 0 || type >= type_bytes.size() || count > most_numbers) fail_damaged();
     Attribute attribute;
-    std::uint64_t left = padded(count * type_bytes.at(type));
+    const std::uint64_t bytes = padded(count * type_bytes.at(type));
     if (type == type_char && count <= most_name_bytes) {
-      attribute.text = input_.bytes(static_cast<std::size_t>(left));
+      attribute.text = input_.bytes(static_cast<std::size_t>(bytes));
       attribute.text.resize(static_cast<std::size_t>(count));
-      return attribute;
-    }
-    if (type == type_float && count == 1) {
+    } else if (type == type_float && count == 1) {
       attribute.number = static_cast<double>(input_.get<float>());
-      left = 0;
     } else if (type == type_double && count == 1) {
       attribute.number = input_.get<double>();
-      left = 0;
+    } else {
+      input_.skip(bytes);
     }
-    input_.skip(left);
     return attribute;
   }
 
-  NetcdfVariable take_variable(const std::vector<Dimension>& dimensions) {
+  NetcdfVariable take_variable(const std::vector<std::uint64_t>& dimensions) {
     NetcdfVariable variable;
     const std::uint64_t rank = take_size();
     if (rank > most_items) fail_damaged();
     for (std::uint64_t i = 0; i < rank; ++i) {
       const std::uint64_t number = take_size();
       if (number >= dimensions.size()) fail_damaged();
-      const Dimension& dimension = dimensions[static_cast<std::size_t>(number)];
-      if (dimension.length == 0 && i == 0) {
-        variable.by_record = true;
-        continue;
-      }
-      variable.shape.push_back(dimension.length);
-      variable.dimensions.push_back(dimension.name);
+      const std::uint64_t length = dimensions[static_cast<std::size_t>(number)];
+      const bool of_records = i == 0 && length == 0;
+      variable.by_record = variable.by_record || of_records;
+      if (!of_records) variable.shape.push_back(length);
     }
     read_list(attribute_tag, [&] {
       const std::string name = take_name();
@@ -173,74 +176,43 @@ class HeaderReader {
       if (name == "scale_factor") variable.scale = attribute.number;
       if (name == "units") variable.units = attribute.text;
     });
-    const auto type = input_.get<std::uint32_t>();
-    if (type == 0 || type >= type_bytes.size()) fail_damaged();
-    if (type == type_float) variable.type = NetcdfType::float32;
-    if (type == type_double) variable.type = NetcdfType::float64;
+    variable.type = input_.get<std::uint32_t>();
+    if (variable.type == 0 || variable.type >= type_bytes.size()) fail_damaged();
     take_size();  // number of bytes, which is not always correct
     variable.offset = version_ == 1 ? input_.get<std::uint32_t>() : input_.get<std::uint64_t>();
     if (variable.count() > most_numbers) fail_damaged();
-    if (variable.by_record) record_parts_.push_back(variable.count() * type_bytes.at(type));
+    if (variable.by_record) record_parts_.push_back(variable.bytes());
     return variable;
   }
 
-  /// Adds up the parts of a record. Each part is padded, unless it is the only part.
-  void find_record_bytes(NetcdfHeader& header) const {
-    for (const std::uint64_t bytes : record_parts_) {
-      header.record_bytes += record_parts_.size() == 1 ? bytes : padded(bytes);
-    }
-  }
-
   [[noreturn]] void fail_damaged() const { input_.fail_damaged("the netCDF header is not valid"); }
-
-  static constexpr std::uint32_t type_char = 2;
-  static constexpr std::uint32_t type_float = 5;
-  static constexpr std::uint32_t type_double = 6;
-  /// Bytes per number, by the number of the type.
-  static constexpr std::array<std::uint64_t, 12> type_bytes{0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
 
   BinaryInput& input_;
   unsigned version_ = 0;
   std::vector<std::uint64_t> record_parts_;
 };
 
-std::uint64_t NetcdfVariable::count() const {
-  std::uint64_t numbers = 1;
-  for (const std::uint64_t length : shape) {
-    if (length > 0 && numbers > UINT64_MAX / length) return UINT64_MAX;
-    numbers *= length;
-  }
-  return numbers;
-}
-
-std::uint64_t NetcdfVariable::bytes() const {
-  return count() * (type == NetcdfType::float64 ? 8 : 4);
-}
-
-const NetcdfVariable* NetcdfHeader::find(std::string_view name) const {
-  const auto found = variables.find(name);
-  return found == variables.end() ? nullptr : &found->second;
-}
-
-/// Reads the header at the beginning of the file. Fails for other files, for netCDF-4, and for
-/// impossible counts.
-NetcdfHeader read_netcdf_header(BinaryInput& input) { return HeaderReader(input).read(); }
-
 /// Reads trajectories and restart files of AMBER: "AMBER NetCDF Trajectory Convention", version
 /// 1.0.
 class NetcdfFrames final : public FramesOf<BinaryInput> {
  public:
   NetcdfFrames(PackedFile& file, const ParticleRequest& request)
-      : FramesOf(file, request), header_(read_netcdf_header(input_)) {
+      : FramesOf(file, request), header_(HeaderReader(input_).read()) {
     positions_ = header_.find("coordinates");
-    if (positions_ == nullptr || positions_->type == NetcdfType::other ||
-        positions_->shape.size() != 2 || positions_->shape[1] != 3) {
+    if (positions_ == nullptr || !positions_->is_real() || positions_->shape.size() != 2 ||
+        positions_->shape[1] != 3) {
       input_.fail(
           "the file has no variable coordinates(..., atom, spatial): check that this is a "
           "trajectory of AMBER");
     }
     atoms_ = checked_atoms(static_cast<std::int64_t>(positions_->shape[0]), input_.place());
-    for (const char* name : {"coordinates", "time", "cell_lengths", "cell_angles"}) want(name);
+    // Other variables are read if they have one value per frame like the positions.
+    for (const char* name : {"coordinates", "time", "cell_lengths", "cell_angles"}) {
+      const NetcdfVariable* const variable = header_.find(name);
+      if (variable == nullptr || !variable->is_real()) continue;
+      if (variable->by_record != positions_->by_record) continue;
+      if (variable == positions_ || variable->count() <= 3) wanted_.push_back(variable);
+    }
     std::ranges::sort(wanted_, {}, &NetcdfVariable::offset);
   }
 
@@ -258,22 +230,29 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
   }
 
   Particles read() override {
-    std::map<const NetcdfVariable*, std::vector<double>> found;
-    for (const NetcdfVariable* const variable : wanted_) found[variable] = take(*variable);
-    return frame(found);
+    std::map<const NetcdfVariable*, std::vector<double>> values;
+    for (const NetcdfVariable* const variable : wanted_) values[variable] = take(*variable);
+    const std::vector<double>& numbers = values.at(positions_);
+    const bool nm = positions_->units.starts_with("nano");
+    const double unit = nm ? angstrom_per_nm : 1;
+    std::vector<Vec3d> positions(numbers.size() / 3);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      positions[i] = unit * Vec3d{numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+    }
+    Particles particles = frame_of(positions, input_.place());
+    if (nm) particles.facts.notes.push_back(nm_note(particles.count()));
+    const auto three = [&](std::string_view name) {
+      const auto found = values.find(header_.find(name));
+      if (found == values.end() || found->second.size() != 3) return Vec3d{};
+      return Vec3d{found->second[0], found->second[1], found->second[2]};
+    };
+    particles.cell = cell_from(unit * three("cell_lengths"), three("cell_angles"));
+    const auto time = values.find(header_.find("time"));
+    if (time != values.end() && time->second.size() == 1) particles.facts.time = time->second[0];
+    return particles;
   }
 
  private:
-  /// Adds an optional variable, if it has one value per frame like the positions.
-  void want(const char* name) {
-    const NetcdfVariable* const variable = header_.find(name);
-    if (variable == nullptr || variable->type == NetcdfType::other) return;
-    if (variable->by_record != positions_->by_record) return;
-    if (variable == positions_ || variable->count() <= 3) wanted_.push_back(variable);
-  }
-
-  using Values = std::map<const NetcdfVariable*, std::vector<double>>;
-
   /// Returns the number of frames. A restart file has one frame and no records.
   [[nodiscard]] std::uint64_t frames() {
     if (!positions_->by_record) return 1;
@@ -301,33 +280,12 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     const auto put = [&](auto value) {
       values.push_back(variable.scale * static_cast<double>(value));
     };
-    if (variable.type == NetcdfType::float32) {
+    if (variable.type == type_float) {
       input_.each<float>(variable.count(), put);
     } else {
       input_.each<double>(variable.count(), put);
     }
     return values;
-  }
-
-  Particles frame(const Values& values) const {
-    const std::vector<double>& numbers = values.at(positions_);
-    const bool nm = positions_->units.starts_with("nano");
-    const double unit = nm ? angstrom_per_nm : 1;
-    std::vector<Vec3d> positions(numbers.size() / 3);
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      positions[i] = unit * Vec3d{numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
-    }
-    Particles particles = frame_of(positions, input_.place());
-    if (nm) particles.facts.notes.push_back(nm_note(particles.count()));
-    const auto three = [&](std::string_view name) {
-      const auto found = values.find(header_.find(name));
-      if (found == values.end() || found->second.size() != 3) return Vec3d{};
-      return Vec3d{found->second[0], found->second[1], found->second[2]};
-    };
-    particles.cell = cell_from(unit * three("cell_lengths"), three("cell_angles"));
-    const auto time = values.find(header_.find("time"));
-    if (time != values.end() && time->second.size() == 1) particles.facts.time = time->second[0];
-    return particles;
   }
 
   NetcdfHeader header_;
@@ -340,12 +298,8 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
 }  // namespace
 
 /// Reads trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
-constinit const ParticleFormat netcdf_format{.name = "AMBER NetCDF",
-                                             .extensions = {".nc", ".ncdf", ".ncrst"},
-                                             .frames = true,
-                                             .in_angstrom = true,
-                                             .confidence = looks_like_netcdf,
-                                             .read = read_frame<NetcdfFrames>,
-                                             .holds = ParticleFormat::Holds::positions};
+constinit const ParticleFormat netcdf_format =
+    frames_in_angstrom<NetcdfFrames>("AMBER NetCDF", {".nc", ".ncdf", ".ncrst"}, looks_like_netcdf,
+                                     ParticleFormat::Holds::positions);
 
 }  // namespace parray::input

@@ -1,27 +1,22 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <utility>
 
-#include "cli/input/formats/conect.h"
+#include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/pdb_record.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "common/base/ascii.h"
 #include "common/base/error.h"
 #include "common/base/text.h"
 
 namespace parray::input {
 namespace {
-
-bool is_number_field(std::string_view text) { return number_in(trimmed(text)).has_value(); }
-
-/// Returns columns `first` to `last`, counted from 1 as in the description of PDB.
-std::string_view columns(std::string_view line, std::size_t first, std::size_t last) {
-  return line.size() < first ? std::string_view() : line.substr(first - 1, last - first + 1);
-}
 
 bool is_atom(std::string_view line) {
   return line.starts_with("ATOM ") || line.starts_with("ATOM\t") || line.starts_with("HETATM");
@@ -40,19 +35,18 @@ bool is_record_of_pdb(std::string_view line) {
       "DBREF",  "DBREF1", "DBREF2", "SEQADV", "SEQRES", "MODRES", "HETNAM", "HETSYN",
       "FORMUL", "HELIX",  "SHEET",  "SSBOND", "LINK",   "CISPEP", "SITE",   "CRYST1",
       "ORIGX1", "ORIGX2", "ORIGX3", "SCALE1", "SCALE2", "SCALE3", "MODEL"};
-  const std::string_view name = trimmed(columns(line, 1, 6));
-  return std::ranges::find(names, name) != names.end();
+  return place_in(names, record_field(line, 1, 6)).has_value();
 }
 
 bool has_two_decimals(std::string_view number) {
-  return number.size() > 3 && number[number.size() - 3] == '.' && is_number_field(number);
+  return number.size() > 3 && number[number.size() - 3] == '.' && is_number(number);
 }
 
 /// Returns whether an atom has an occupancy and a temperature factor in PDB's form: "  1.00 20.00".
 /// Either may be missing.
 bool has_occupancy_and_factor(std::string_view atom) {
-  const std::string_view occupancy = trimmed(columns(atom, 55, 60));
-  const std::string_view factor = trimmed(columns(atom, 61, 66));
+  const std::string_view occupancy = record_field(atom, 55, 60);
+  const std::string_view factor = record_field(atom, 61, 66);
   return (occupancy.empty() || has_two_decimals(occupancy)) &&
          (factor.empty() || has_two_decimals(factor));
 }
@@ -60,8 +54,8 @@ bool has_occupancy_and_factor(std::string_view atom) {
 /// Returns whether an atom has a number below 0 in the columns of the occupancy. It is a charge.
 bool has_negative_occupancy(const FileStart& start) {
   return std::ranges::any_of(start.lines(), [](std::string_view line) {
-    const std::string_view occupancy = trimmed(columns(line, 55, 60));
-    return is_atom(line) && occupancy.starts_with('-') && is_number_field(occupancy);
+    const std::string_view occupancy = record_field(line, 55, 60);
+    return is_atom(line) && occupancy.starts_with('-') && is_number(occupancy);
   });
 }
 
@@ -78,8 +72,8 @@ bool is_from_pdb2pqr(const FileStart& start) {
 }
 
 bool has_position_of_pdb(std::string_view atom) {
-  return is_number_field(columns(atom, 31, 38)) && is_number_field(columns(atom, 39, 46)) &&
-         is_number_field(columns(atom, 47, 54));
+  return is_number(record_field(atom, 31, 38)) && is_number(record_field(atom, 39, 46)) &&
+         is_number(record_field(atom, 47, 54));
 }
 
 /// Recognises PDBQT (AutoDock Vina's manual): PDB with charges in columns 69 to 76 and with roots
@@ -88,9 +82,9 @@ Confidence looks_like_pdbqt(const FileStart& start) {
   const std::string_view atom = first_atom(start);
   if (atom.empty() || !has_position_of_pdb(atom)) return Confidence::none;
   if (start.has_line("ROOT") || start.has_line("ENDROOT")) return Confidence::certain;
-  const std::string_view charge = trimmed(columns(atom, 69, 76));
-  const bool has_charge = is_number_field(charge) && charge.find('.') != std::string_view::npos;
-  return certain_if(has_charge && !trimmed(columns(atom, 78, 79)).empty());
+  const std::string_view charge = record_field(atom, 69, 76);
+  const bool has_charge = is_number(charge) && charge.find('.') != std::string_view::npos;
+  return certain_if(has_charge && !record_field(atom, 78, 79).empty());
 }
 
 /// Recognises PDB (wwPDB, "Protein Data Bank Contents Guide", version 3.30).
@@ -118,14 +112,14 @@ bool is_row_of_pqr(const std::vector<std::string_view>& words) {
   constexpr std::size_t most = 11;
   constexpr std::size_t numbers = 5;  // position, charge, radius
   return words.size() >= least && words.size() <= most &&
-         std::all_of(words.end() - numbers, words.end(), is_number_field);
+         std::all_of(words.end() - numbers, words.end(), is_number);
 }
 
 /// Returns whether an atom has its position in the columns of PDB, and two numbers after it.
 bool is_record_of_pqr(std::string_view atom) {
   if (!has_position_of_pdb(atom)) return false;
-  const std::vector<std::string_view> rest = words_of(columns(atom, 55, atom.size()));
-  return rest.size() == 2 && std::ranges::all_of(rest, is_number_field);
+  const std::vector<std::string_view> rest = words_of(record_field(atom, 55, atom.size()));
+  return rest.size() == 2 && std::ranges::all_of(rest, is_number);
 }
 
 /// Recognises PQR (APBS's manual): PDB with blanks between fields and with a charge and a radius at
@@ -140,16 +134,6 @@ Confidence looks_like_pqr(const FileStart& start) {
   const bool as_occupancy = has_two_decimals(words[words.size() - 2]);
   return as_pdb || as_occupancy ? Confidence::possible : Confidence::likely;
 }
-
-/// The differences between PDB, PDBQT and PQR.
-struct Dialect {
-  void (*read)(std::string_view line, const FilePlace& place, AtomRecord& record) = nullptr;
-  bool radii = false;
-};
-
-constexpr Dialect pdb_dialect{read_pdb_record, false};
-constexpr Dialect pdbqt_dialect{read_pdbqt_record, false};
-constexpr Dialect pqr_dialect{read_pqr_record, true};
 
 bool is_model(std::string_view line) {
   return is_record(line, "MODEL") && (line.size() == 5 || line[5] == ' ' || line[5] == '\t');
@@ -169,12 +153,87 @@ std::optional<ParticleCell> cell_in(std::string_view line) {
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const auto [start, width] = fields[i];
     if (line.size() <= start) return {};
-    values[i] = number_in(trimmed(line.substr(start, width))).value_or(0);
+    values[i] = number_in(field_at(line, start, width)).value_or(0);
   }
   const auto [a, b, c, alpha, beta, gamma] = values;
   if (a == 1 && b == 1 && c == 1) return {};
   return cell_from({a, b, c}, {alpha, beta, gamma});
 }
+
+constexpr std::size_t serial_width = 5;
+
+/// Returns the serial number of an atom: the first word after "ATOM" or "HETATM".
+std::string_view serial_of(std::string_view record) {
+  const std::size_t name = ascii::lower(record[0]) == 'h' ? 6 : 4;
+  const std::string_view rest = record.substr(std::min(name, record.size()));
+  const std::size_t begin = std::min(rest.find_first_not_of(" \t"), rest.size());
+  return rest.substr(begin, rest.find_first_of(" \t", begin) - begin);
+}
+
+/// Returns the serial numbers in the text after the name CONECT. In columns, numbers stand on the
+/// right.
+std::vector<std::string_view> serials_in(std::string_view text) {
+  constexpr std::size_t most = 5;
+  std::vector<std::string_view> words = words_of(text);
+  const bool in_columns = std::ranges::all_of(words, [&](std::string_view word) {
+    return static_cast<std::size_t>(word.data() - text.data() + std::ssize(word)) % serial_width ==
+           0;
+  });
+  if (!in_columns) return words;
+  words.clear();
+  for (std::size_t i = 0; i < most && i * serial_width < text.size(); ++i) {
+    words.push_back(field_at(text, i * serial_width, serial_width));
+  }
+  return words;
+}
+
+/// Reads the bonds of PDB's CONECT records ("Atomic Coordinate Entry Format Description" 3.3,
+/// section 10). Files list most bonds twice, once for each atom, and double bonds more often.
+/// Serial numbers may be hexadecimal or hybrid-36.
+class ConectBonds {
+ public:
+  /// Records the serial number in the ATOM or HETATM record of the next atom.
+  void add_atom(std::string_view record) { serials_.add(serial_number_in(serial_of(record))); }
+  /// Reads a CONECT record: the serial number of an atom in columns 7 to 11, and those of up to
+  /// four bonded atoms in columns of the same width. Blanks separate numbers outside these columns.
+  void read(std::string_view record) {
+    constexpr std::size_t name_width = 6;
+    if (record.size() <= name_width) return;
+    const std::vector<std::string_view> serials = serials_in(record.substr(name_width));
+    const auto first = serials.empty() ? std::nullopt : serial_number_in(serials[0]);
+    if (!first) return;
+    for (std::size_t i = 1; i < serials.size(); ++i) {
+      const auto other = serial_number_in(serials[i]);
+      if (other) pairs_.emplace_back(std::min(*first, *other), std::max(*first, *other));
+    }
+  }
+  [[nodiscard]] bool empty() const { return pairs_.empty(); }
+  /// Replaces the bonds by those of `other`. Keeps the atoms.
+  void take_bonds(const ConectBonds& other) { pairs_ = other.pairs_; }
+  /// Adds the bonds to `atoms`, which were added in the order of add_atom(). Then forgets bonds and
+  /// atoms. Leaves out bonds of an atom to itself, and bonds whose serial numbers no atom has, or
+  /// several atoms have. A note counts them.
+  void finish(AtomColumns& atoms) {
+    std::ranges::sort(pairs_);
+    pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+    std::uint64_t left_out = 0;
+    for (const auto& [one, other] : pairs_) {
+      const auto first = serials_.find(one);
+      const auto second = serials_.find(other);
+      if (first && second && *first != *second) {
+        atoms.bond(bond_between(*first, *second));
+      } else {
+        ++left_out;
+      }
+    }
+    atoms.note(unknown_bonds_note(left_out));
+    *this = {};
+  }
+
+ private:
+  AtomNumbers serials_;
+  std::vector<std::pair<std::int64_t, std::int64_t>> pairs_;
+};
 
 /// Returns false if the file, unless it is packed, does not end with CONECT records. Only a few
 /// other records come after these.
@@ -197,7 +256,7 @@ ConectBonds bonds_after_models(ParticleInput input) {
     if (!models && is_atom_record(line)) break;
     if (is_model(line) || is_record(line, "ENDMDL")) {
       models = true;
-      bonds.clear();
+      bonds = {};
     } else if (is_record(line, "CONECT")) {
       bonds.read(line);
     }
@@ -213,15 +272,15 @@ ConectBonds bonds_of_all_models(PackedFile& file) {
   try {
     if (may_end_with_bonds(file)) bonds = bonds_after_models(ParticleInput(file));
   } catch (const InputError&) {
-    bonds.clear();
+    bonds = {};
   }
   file.rewind();
   return bonds;
 }
 
 /// Reads frames. A frame begins with MODEL or its first atom. It ends with ENDMDL, END, the next
-/// MODEL or the end of the file.
-template <const Dialect& Rules>
+/// MODEL or the end of the file. `ReadRecord`: the function for PDB, PDBQT or PQR.
+template <auto ReadRecord>
 class PdbFrames final : public FramesOf<ParticleInput> {
  public:
   PdbFrames(PackedFile& file, const ParticleRequest& request)
@@ -235,7 +294,7 @@ class PdbFrames final : public FramesOf<ParticleInput> {
     std::uint64_t atoms = 0;
     while (go_to_atom()) ++atoms;
     go_to_frame();
-    bonds_.clear();
+    bonds_ = {};
     return atoms;
   }
 
@@ -244,10 +303,10 @@ class PdbFrames final : public FramesOf<ParticleInput> {
     atoms.doubt_elements();
     AtomRecord record;
     while (go_to_atom()) {
-      Rules.read(input_.line(), input_.place(), record);
-      atoms.add(record.atom());
+      ReadRecord(input_.line(), input_.place(), record);
+      atoms.add(record);
       atoms.numbers({{record.occupancy, record.b_factor, record.charge}});
-      if (Rules.radii) atoms.radius(record.radius);
+      if (std::isfinite(record.radius)) atoms.radius(record.radius);
       bonds_.add_atom(input_.line());
     }
     std::optional<ParticleCell> cell = cell_;
@@ -262,9 +321,7 @@ class PdbFrames final : public FramesOf<ParticleInput> {
  private:
   /// Goes to the next atom of the frame. Returns false at the end of the frame.
   bool go_to_atom() {
-    if (std::exchange(line_is_next_, false)) {
-      if (is_atom_record(input_.line())) return true;
-    }
+    if (std::exchange(line_is_next_, false) && is_atom_record(input_.line())) return true;
     while (!line_is_next_ && input_.next_line()) {
       if (is_atom_record(input_.line())) return true;
       if (ends_frame(input_.line())) return false;
@@ -311,23 +368,15 @@ constinit const ParticleFormat pdb_format{.name = "PDB",
                                           .in_angstrom = true,
                                           .confidence = looks_like_pdb,
                                           .only_header = is_only_header_of_pdb,
-                                          .read = read_frame<PdbFrames<pdb_dialect>>};
+                                          .read = read_frame<PdbFrames<read_pdb_record>>};
 
 /// Reads PDBQT of AutoDock: like PDB, with AutoDock's types and partial charges.
-constinit const ParticleFormat pdbqt_format{.name = "PDBQT",
-                                            .extensions = {".pdbqt"},
-                                            .frames = true,
-                                            .in_angstrom = true,
-                                            .confidence = looks_like_pdbqt,
-                                            .read = read_frame<PdbFrames<pdbqt_dialect>>};
+constinit const ParticleFormat pdbqt_format =
+    frames_in_angstrom<PdbFrames<read_pdbqt_record>>("PDBQT", {".pdbqt"}, looks_like_pdbqt);
 
 /// Reads PQR: like PDB, with radii and partial charges and with blanks between fields. A radius of
 /// 0 becomes the van der Waals radius.
-constinit const ParticleFormat pqr_format{.name = "PQR",
-                                          .extensions = {".pqr"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_pqr,
-                                          .read = read_frame<PdbFrames<pqr_dialect>>};
+constinit const ParticleFormat pqr_format =
+    frames_in_angstrom<PdbFrames<read_pqr_record>>("PQR", {".pqr"}, looks_like_pqr);
 
 }  // namespace parray::input

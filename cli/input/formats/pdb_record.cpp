@@ -13,16 +13,12 @@
 namespace parray::input {
 namespace {
 
-/// Types of an element that differ from its symbol, separated and enclosed by blanks.
-struct AutodockTypes {
-  std::string_view types;
-  std::uint8_t element;
-};
-constexpr std::array<AutodockTypes, 5> autodock_types{{{" HD HS ", 1},
-                                                       {" A CX G GA J Q CG ", 6},
-                                                       {" NA NS NX ", 7},
-                                                       {" OA OS OX W ", 8},
-                                                       {" SA ", 16}}};
+/// Types of AutoDock that differ from the symbol of their element.
+constexpr std::array<TypesOfElement, 5> autodock_types{{{" HD HS ", 1},
+                                                        {" A CX G GA J Q CG ", 6},
+                                                        {" NA NS NX ", 7},
+                                                        {" OA OS OX W ", 8},
+                                                        {" SA ", 16}}};
 
 /// Returns the element of an atom type of AutoDock and Vina. Returns 0 for other texts and for the
 /// pseudo-atoms G and CG that close rings. Source: AutoDock 4.2 User Guide, appendix "Parameters".
@@ -33,16 +29,7 @@ std::uint8_t element_of_autodock_type(std::string_view type) {
   const bool numbered = !type.empty() && ascii::is_digit(type.back());
   while (!type.empty() && ascii::is_digit(type.back())) type.remove_suffix(1);
   if (numbered && type == "G") return 0;
-  const std::string word = " " + std::string(type) + " ";
-  for (const AutodockTypes& known : autodock_types) {
-    if (known.types.find(word) != std::string_view::npos) return known.element;
-  }
-  return atomic_number_of(type);
-}
-
-/// Returns columns `first` to `last`, counted from 1, without blanks at the ends.
-std::string_view record_field(std::string_view line, std::size_t first, std::size_t last) {
-  return field_at(line, first - 1, last - first + 1);
+  return element_of_listed(autodock_types, type).value_or(atomic_number_of(type));
 }
 
 char record_column(std::string_view line, std::size_t at) {
@@ -199,7 +186,7 @@ class RecordWords {
 /// Returns false for other texts.
 bool read_mixed_number(std::string_view text, AtomRecord& record) {
   if (text.size() > 1 && ascii::is_letter(text[0]) && !ascii::is_letter(text[1])) {
-    record.chain = std::string(1, text[0]);
+    record.chain = text.substr(0, 1);
     text.remove_prefix(1);
   }
   if (text.size() > 1 && ascii::is_letter(text.back())) {
@@ -228,8 +215,8 @@ bool read_identity(const RecordWords& words, std::size_t x, AtomRecord& record) 
   record.two_letters = false;
   record.alternative = record.insertion = ' ';
   record.doubtful_alternative = false;
-  record.chain.clear();
-  record.residue_name.clear();
+  record.chain = {};
+  record.residue_name = {};
   record.residue_number = 0;
   if (x == 3) {
     split_residue(words[2], record);
@@ -283,20 +270,20 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 
 /// Reads the part of a record that PDB and PDBQT share. Returns the line with its columns aligned.
 /// Returns nothing if blanks separate the fields.
-std::optional<std::string_view> read_shared(std::string_view line, std::string& aligned,
-                                            const FilePlace& place, AtomRecord& record) {
+std::optional<std::string_view> read_shared(std::string_view line, const FilePlace& place,
+                                            AtomRecord& record) {
   if (line.find('\0') != std::string_view::npos) {
     place.fail_damaged("the record contains a zero byte");
   }
   const bool tabs = line.find('\t') != std::string_view::npos;
   auto position = tabs ? std::nullopt : columns_position(line);
   if (!position) {
-    aligned = realigned(line);
-    position = columns_position(aligned);
+    record.aligned = realigned(line);
+    position = columns_position(record.aligned);
     const bool loose = !position && !has_columns(line) && read_loose(line, record);
     if (!position && !loose) fail_position(line, place);
     if (!position) return {};
-    line = aligned;
+    line = record.aligned;
   }
   read_columns(line, *position, record);
   return line;
@@ -316,8 +303,7 @@ bool is_atom_record(std::string_view line) {
 }
 
 void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record) {
-  std::string aligned;
-  const auto fixed = read_shared(line, aligned, place, record);
+  const auto fixed = read_shared(line, place, record);
   if (!fixed) return;
   record.element = single_letter_element(*fixed, record);
   record.charge = not_known;
@@ -329,8 +315,7 @@ void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& 
 }
 
 void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record) {
-  std::string aligned;
-  const auto fixed = read_shared(line, aligned, place, record);
+  const auto fixed = read_shared(line, place, record);
   if (fixed) {
     record.charge = number_or_nan(record_field(*fixed, 67, 76));
     record.type = record_field(*fixed, 78, 80);
@@ -345,7 +330,6 @@ void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord
 void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& record) {
   constexpr std::size_t coordinates_end = 54;
   record.element.reset();
-  record.occupancy = not_known;
   const RecordWords words(line);
   const auto x = words.find_position();
   std::optional<double> charge;
@@ -355,17 +339,16 @@ void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& 
     radius = words.number(*x + 4);
   }
   if (!charge || !radius) {  // fields without blanks between them
-    std::string aligned;
-    const std::string_view fixed = read_shared(line, aligned, place, record).value_or(line);
-    std::vector<std::string_view> rest;
-    split_at_blanks(fixed.size() > coordinates_end ? fixed.substr(coordinates_end) : "", rest);
+    const std::string_view fixed = read_shared(line, place, record).value_or(line);
+    const std::vector<std::string_view> rest =
+        words_of(fixed.size() > coordinates_end ? fixed.substr(coordinates_end) : "");
     if (rest.size() < 2) {
       place.fail("fewer than two numbers follow the coordinates: add charge and radius");
     }
     charge = number_field(rest[0], "the charge", place);
     radius = number_field(rest[1], "the radius", place);
-    record.occupancy = not_known;
   }
+  record.occupancy = not_known;
   record.charge = *charge;
   record.radius = *radius;
 }

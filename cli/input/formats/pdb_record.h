@@ -1,42 +1,28 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/particles/file_place.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 
 /// The content of an ATOM or HETATM line in PDB, PDBQT or PQR. Readers use one object for all
-/// lines. struct Atom (atom_columns.h) explains the members without a comment here. A number is
-/// not_known if the line lacks it.
-struct AtomRecord {
-  Vec3d position;
-  std::string name;
-  std::string residue_name;
-  std::string chain;
-  std::string type;  ///< type of AutoDock; only in PDBQT
-  std::int32_t residue_number = 0;
-  char insertion = ' ';
-  char alternative = ' ';
-  bool doubtful_alternative = false;
-  bool two_letters = false;
-  double occupancy = not_known;
+/// lines. Its texts refer to the line or to `aligned`. `type` is AutoDock's, only in PDBQT. A
+/// number is not_known if the line lacks it, also the occupancy.
+struct AtomRecord : Atom {
   double b_factor = not_known;  ///< angstrom^2
   double charge = not_known;    ///< elementary charges: formal in PDB, partial in the others
   double radius = not_known;    ///< angstrom; only in PQR
-  std::optional<std::uint8_t> element;
-
-  [[nodiscard]] Atom atom() const {
-    return {position,       name,      residue_name, chain,
-            residue_number, insertion, alternative,  doubtful_alternative,
-            two_letters,    occupancy, element,      type};
-  }
+  std::string aligned{};        ///< the line with its columns aligned, if they were not
 };
 
+/// Returns columns `first` to `last`, counted from 1, without blanks at the ends.
+inline std::string_view record_field(std::string_view line, std::size_t first, std::size_t last) {
+  return field_at(line, first - 1, last - first + 1);
+}
 /// Returns whether the line begins with `name`. `name` is in capitals; the line may have any letter
 /// case.
 bool is_record(std::string_view line, std::string_view name);

@@ -16,7 +16,7 @@ namespace parray::input {
 namespace {
 
 Confidence looks_like_ply(const FileStart& start) {
-  return start.has("ply\n") || start.has("ply\r") ? Confidence::certain : Confidence::none;
+  return certain_if(start.has("ply\n") || start.has("ply\r"));
 }
 
 template <typename T>
@@ -38,12 +38,23 @@ auto with_ply_type(PlyType type, const auto& use) {
   }
 }
 
+/// Returns the size of a value in a binary file, in bytes.
+std::size_t size_of(PlyType type) {
+  return with_ply_type(type, [](auto value) { return sizeof(value); });
+}
+
 /// Reads the vertices of binary data as rows of equal size, many at a time.
 class PlyRows {
  public:
   /// `vertex` has no lists. `swapped`: its bytes have the opposite order of this machine. `vertex`
   /// and `layout` must outlive this object.
-  PlyRows(const PlyElement& vertex, const RowLayout& layout, bool swapped);
+  PlyRows(const PlyElement& vertex, const RowLayout& layout, bool swapped)
+      : vertex_(vertex), layout_(layout), swapped_(swapped) {
+    for (const PlyProperty& property : vertex.properties) {
+      offsets_.push_back(row_bytes_);
+      row_bytes_ += size_of(property.type);
+    }
+  }
 
   [[nodiscard]] std::size_t row_bytes() const { return row_bytes_; }
 
@@ -53,9 +64,29 @@ class PlyRows {
 
  private:
   bool read_property(std::size_t property, const char* rows, std::size_t count, double least,
-                     double most, const auto& put) const;
+                     double most, const auto& put) const {
+    const char* const from = rows + offsets_[property];
+    return with_ply_type(vertex_.properties[property].type, [&](auto type) {
+      bool good = true;
+      for (std::size_t i = 0; i < count; ++i) {
+        const double value = ply_value<decltype(type)>(from + i * row_bytes_, swapped_);
+        good = good && value >= least && value <= most;  // false for NaN
+        put(i, value);
+      }
+      return good;
+    });
+  }
+
   bool read_vectors(const std::array<std::size_t, 3>& properties, const char* rows,
-                    std::size_t count, double least, double most, Vec3d* to) const;
+                    std::size_t count, double least, double most, Vec3d* to) const {
+    const bool x = read_property(properties[0], rows, count, least, most,
+                                 [to](std::size_t i, double value) { to[i].x = value; });
+    const bool y = read_property(properties[1], rows, count, least, most,
+                                 [to](std::size_t i, double value) { to[i].y = value; });
+    const bool z = read_property(properties[2], rows, count, least, most,
+                                 [to](std::size_t i, double value) { to[i].z = value; });
+    return x && y && z;
+  }
 
   const PlyElement& vertex_;
   const RowLayout& layout_;
@@ -63,39 +94,6 @@ class PlyRows {
   std::size_t row_bytes_ = 0;
   std::vector<std::size_t> offsets_;  // in a row, by property
 };
-
-PlyRows::PlyRows(const PlyElement& vertex, const RowLayout& layout, bool swapped)
-    : vertex_(vertex), layout_(layout), swapped_(swapped) {
-  for (const PlyProperty& property : vertex.properties) {
-    offsets_.push_back(row_bytes_);
-    row_bytes_ += size_of(property.type);
-  }
-}
-
-bool PlyRows::read_property(std::size_t property, const char* rows, std::size_t count, double least,
-                            double most, const auto& put) const {
-  const char* const from = rows + offsets_[property];
-  return with_ply_type(vertex_.properties[property].type, [&](auto type) {
-    bool good = true;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double value = ply_value<decltype(type)>(from + i * row_bytes_, swapped_);
-      good = good && value >= least && value <= most;  // false for NaN
-      put(i, value);
-    }
-    return good;
-  });
-}
-
-bool PlyRows::read_vectors(const std::array<std::size_t, 3>& properties, const char* rows,
-                           std::size_t count, double least, double most, Vec3d* to) const {
-  const bool x = read_property(properties[0], rows, count, least, most,
-                               [to](std::size_t i, double value) { to[i].x = value; });
-  const bool y = read_property(properties[1], rows, count, least, most,
-                               [to](std::size_t i, double value) { to[i].y = value; });
-  const bool z = read_property(properties[2], rows, count, least, most,
-                               [to](std::size_t i, double value) { to[i].z = value; });
-  return x && y && z;
-}
 
 bool PlyRows::read(const char* rows, std::size_t count, Particles& out, std::size_t first) const {
   constexpr std::size_t at_once = 512;  // one property at a time, while the rows are in the cache
@@ -228,7 +226,8 @@ class BinaryReader {
   std::uint64_t add_blocks(const PlyElement& vertex, const RowLayout& layout,
                            ParticleColumns& columns, int threads) {
     constexpr std::uint64_t usual_bytes = 1U << 21;
-    const bool has_lists = std::ranges::any_of(vertex.properties, &is_list);
+    const bool has_lists = std::ranges::any_of(
+        vertex.properties, [](const auto& property) { return property.list_size.has_value(); });
     if (has_lists || vertex.count == 0) return 0;
     const PlyRows rows(vertex, layout, swapped_);
     const std::uint64_t usual_rows = usual_bytes / rows.row_bytes() + 1;
@@ -244,8 +243,7 @@ class BinaryReader {
   }
 
   void check_end() {
-    constexpr std::string_view padding =
-        " \t\r\n";  // some programs end files with these characters
+    constexpr std::string_view padding = " \t\r\n";  // ends the files of some programs
     while (const char* const byte = input_->next_bytes(1)) {
       if (padding.find(*byte) != std::string_view::npos) continue;
       input_->fail(
@@ -254,8 +252,6 @@ class BinaryReader {
   }
 
  private:
-  static bool is_list(const PlyProperty& property) { return property.list_size.has_value(); }
-
   static bool add_block(const PlyRows& rows, const char* data, std::size_t count,
                         const RowLayout& layout, ParticleColumns& columns, int threads) {
     return columns.rows(
@@ -284,84 +280,72 @@ class BinaryReader {
   std::vector<double> values_;  // by property
 };
 
-/// Returns the least number of bytes of an instance: lists are empty, numbers in text have one
-/// digit.
-std::uint64_t least_bytes(const PlyElement& element, PlyFormat format) {
-  std::uint64_t bytes = 0;
-  for (const PlyProperty& property : element.properties) {
-    bytes += format == PlyFormat::ascii ? 2 : size_of(property.list_size.value_or(property.type));
-  }
-  return bytes;
-}
-
-/// Fails if the file is too short for its counts, before memory is allocated for them.
+/// Fails if the file is too short for its counts, before memory is allocated for them. Lists may be
+/// empty, and numbers in text may have one digit.
 void check_size(const PlyHeader& header, const ParticleInput& input) {
   const std::optional<std::uint64_t> left = input.bytes_left();
   if (!left) return;
+  const bool text = header.format == PlyFormat::ascii;
   std::uint64_t needed = 0;  // at most 64 elements x 2^32 x 8 KiB
   for (const PlyElement& element : header.elements) {
-    needed += element.count * least_bytes(element, header.format);
+    for (const PlyProperty& property : element.properties) {
+      needed += element.count * (text ? 2 : size_of(property.list_size.value_or(property.type)));
+    }
   }
-  if (header.format == PlyFormat::ascii) needed -= std::min<std::uint64_t>(needed, 1);
+  if (text) needed -= std::min<std::uint64_t>(needed, 1);
   if (needed > *left) {
     input.fail_incomplete("the header requires at least " + std::to_string(needed) +
                           " bytes of data, but only " + std::to_string(*left) + " follow it");
   }
 }
 
+/// Returns the scale of colours by the types of their properties.
+ColorScale scale_of_colors(const PlyElement& vertex, const std::array<std::size_t, 3>& color,
+                           const FilePlace& place) {
+  const auto type_of = [&](std::size_t i) { return vertex.properties[color[i]].type; };
+  const PlyType type = type_of(0);
+  const bool byte = type == PlyType::uint8;
+  const bool real = type == PlyType::float32 || type == PlyType::float64;
+  if (type_of(1) != type || type_of(2) != type || !(byte || real)) {
+    place.fail(
+        "the colour properties must be all uchar, all float or all double: change their types");
+  }
+  return byte ? ColorScale::srgb8 : ColorScale::linear;
+}
+
 /// Maps the properties of a vertex to those of a particle.
-class VertexLayout {
- public:
-  VertexLayout(const PlyElement& vertex, const ParticleRequest& request, const FilePlace& place,
-               ParticleColumns& columns) {
-    std::vector<std::string> names;
-    for (const PlyProperty& property : vertex.properties) {
-      names.push_back(property.list_size ? std::string() : property.name);
-    }
-    for (const std::string_view axis : {"x", "y", "z"}) {
-      if (place_in(names, axis)) continue;
-      place.fail("element 'vertex' has no scalar property '" + std::string(axis) +
-                 "': add x, y and z");
-    }
-    layout_ = layout_of(names, place);
-    if (layout_.color) check_color(vertex, place);
-    for (std::string& name : names) name = lower_case(name);
-    want_numbers(other_fields(names, layout_), request, layout_, columns);
+RowLayout layout_of_vertex(const PlyElement& vertex, const ParticleRequest& request,
+                           const FilePlace& place, ParticleColumns& columns) {
+  std::vector<std::string> names;
+  for (const PlyProperty& property : vertex.properties) {
+    names.push_back(property.list_size ? std::string() : property.name);
   }
-
-  [[nodiscard]] const RowLayout& rows() const { return layout_; }
-
-  /// Adds the vertex at the position of `reader`.
-  void add(const auto& reader, ParticleColumns& columns) const {
-    columns.position(vector_of(reader, layout_.position));
-    if (layout_.radius) columns.radius(reader.value(*layout_.radius));
-    if (layout_.color) columns.color(vector_of(reader, *layout_.color), layout_.color_scale);
-    for (std::size_t i = 0; i < layout_.numbers.size(); ++i) {
-      columns.number(i, reader.number(layout_.numbers[i].column));
-    }
+  for (const std::string_view axis : {"x", "y", "z"}) {
+    if (place_in(names, axis)) continue;
+    place.fail("element 'vertex' has no scalar property '" + std::string(axis) +
+               "': add x, y and z");
   }
+  RowLayout layout = layout_of(names, place);
+  if (layout.color) layout.color_scale = scale_of_colors(vertex, *layout.color, place);
+  for (std::string& name : names) name = lower_case(name);
+  want_numbers(other_fields(names, layout), request, layout, columns);
+  return layout;
+}
 
- private:
-  void check_color(const PlyElement& vertex, const FilePlace& place) {
-    const auto type_of = [&](std::size_t i) { return vertex.properties[(*layout_.color)[i]].type; };
-    const PlyType type = type_of(0);
-    const bool byte = type == PlyType::uint8;
-    const bool real = type == PlyType::float32 || type == PlyType::float64;
-    if (type_of(1) != type || type_of(2) != type || !(byte || real)) {
-      place.fail(
-          "the colour properties must be all uchar, all float or all double: change their types");
-    }
-    layout_.color_scale = byte ? ColorScale::srgb8 : ColorScale::linear;
-  }
-
-  static Vec3d vector_of(const auto& reader, const std::array<std::size_t, 3>& at) {
+/// Adds the vertex at the position of `reader`.
+void add_vertex(const auto& reader, const RowLayout& layout, ParticleColumns& columns) {
+  const auto vector = [&](const std::array<std::size_t, 3>& at) {
     const double x = reader.value(at[0]);
     const double y = reader.value(at[1]);
-    return {x, y, reader.value(at[2])};
+    return Vec3d{x, y, reader.value(at[2])};
+  };
+  columns.position(vector(layout.position));
+  if (layout.radius) columns.radius(reader.value(*layout.radius));
+  if (layout.color) columns.color(vector(*layout.color), layout.color_scale);
+  for (std::size_t i = 0; i < layout.numbers.size(); ++i) {
+    columns.number(i, reader.number(layout.numbers[i].column));
   }
-
-  RowLayout layout_;
-};
+}
 
 const PlyElement& vertex_of(const PlyHeader& header, const FilePlace& place) {
   const PlyElement* vertex = nullptr;
@@ -395,14 +379,13 @@ Particles read_elements(const PlyHeader& header, ParticleInput& input, auto read
   const PlyElement& vertex = vertex_of(header, input.place());
   ParticleColumns columns(input.place());
   if (input.bytes_left()) columns.expect(vertex.count);  // check_size() has checked the count
-  const VertexLayout layout(vertex, request, input.place(), columns);
+  const RowLayout layout = layout_of_vertex(vertex, request, input.place(), columns);
   for (const PlyElement& element : header.elements) {
     const bool is_vertex = &element == &vertex;
-    std::uint64_t i =
-        is_vertex ? reader.add_blocks(vertex, layout.rows(), columns, request.threads) : 0;
+    std::uint64_t i = is_vertex ? reader.add_blocks(vertex, layout, columns, request.threads) : 0;
     for (; i < element.count; ++i) {
       reader.next(element);
-      if (is_vertex) layout.add(reader, columns);
+      if (is_vertex) add_vertex(reader, layout, columns);
     }
   }
   reader.check_end();

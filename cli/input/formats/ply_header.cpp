@@ -17,9 +17,7 @@ constexpr std::size_t max_properties = 1024;  // of one element
 /// Goes to the next line of the header. Returns its words.
 Words next_words(ParticleInput& input) {
   if (!input.next_line()) input.fail_incomplete("the file ends before end_header");
-  Words words;
-  split_at_blanks(input.line(), words);
-  return words;
+  return words_of(input.line());
 }
 
 PlyFormat format_in(const Words& words, const ParticleInput& input) {
@@ -91,11 +89,6 @@ void add_property(const Words& words, PlyHeader& header, const ParticleInput& in
 }
 
 }  // namespace
-
-std::size_t size_of(PlyType type) {
-  constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
-  return sizes.at(static_cast<std::size_t>(type));
-}
 
 PlyHeader read_ply_header(ParticleInput& input) {
   if (!input.next_line() || trimmed(input.line()) != "ply") {

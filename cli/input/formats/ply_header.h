@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,9 +12,6 @@ namespace parray::input {
 enum class PlyFormat : std::uint8_t { ascii, little_endian, big_endian };
 
 enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
-
-/// Returns the size of a value in a binary file, in bytes.
-std::size_t size_of(PlyType type);
 
 struct PlyProperty {
   std::string name;

@@ -8,7 +8,6 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/particle_columns.h"
 #include "cli/input/particles/particle_input.h"
@@ -48,14 +47,13 @@ bool are_species(const LineWords& words) {
 /// Returns the first letter of the line in lower case; 0 for another character or a blank line.
 char first_letter(std::string_view line) {
   const std::string_view text = trimmed(line);
-  return text.empty() || !ascii::is_letter(text[0]) ? '\0' : lower_case(text.substr(0, 1))[0];
+  return text.empty() || !ascii::is_letter(text[0]) ? '\0' : ascii::lower(text[0]);
 }
 
 /// Returns whether the line begins a frame of XDATCAR: "Direct configuration=     1".
 bool is_configuration(std::string_view line) {
   constexpr std::string_view letters = "cdk";
-  const char first = first_letter(line);
-  return first != '\0' && letters.find(first) != std::string_view::npos &&
+  return letters.find(first_letter(line)) < letters.size() &&
          lower_case(line).find("configuration=") != std::string::npos;
 }
 
@@ -70,8 +68,7 @@ Confidence looks_like_poscar(const FileStart& start) {
   if (!are_counts(words_before_comment(start.line(counts)))) return Confidence::none;
   if (leading_numbers(start.line(counts + 1)) > 0) return Confidence::none;  // a table of numbers
   constexpr std::string_view modes = "scdk";
-  const char mode = first_letter(start.line(counts + 1));
-  const bool known = mode != '\0' && modes.find(mode) != std::string_view::npos;
+  const bool known = modes.find(first_letter(start.line(counts + 1))) < modes.size();
   return known ? Confidence::certain : Confidence::likely;
 }
 
@@ -145,7 +142,13 @@ class PoscarHeaderReader {
       words = words_before_comment(input_.line());
     }
     read_counts(words);
-    if (!header_.named) name_species(title);
+    if (!header_.named) {  // the title names the species; otherwise they are numbers from 1
+      header_.species = species_in_title(title, header_.counts.size());
+      header_.named = header_.from_title = !header_.species.empty();
+      for (std::size_t i = header_.species.size(); i < header_.counts.size(); ++i) {
+        header_.species.push_back(std::to_string(i + 1));
+      }
+    }
     next_line();
     header_.selective = first_letter(input_.line()) == 's';
     if (header_.selective) next_line();
@@ -156,14 +159,6 @@ class PoscarHeaderReader {
   void next_line() {
     if (input_.next_line()) return;
     input_.fail_incomplete("the file ends within its header");
-  }
-
-  Vec3d take_vector(const char* remedy) {
-    const LineWords words = words_of(input_.line());
-    if (words.size() < 3) {
-      input_.fail(std::to_string(words.size()) + " numbers, but 3 are needed: " + remedy);
-    }
-    return position_field(words, 0, input_.place());
   }
 
   /// Reads the scale and the edges. A negative scale is the volume of the cell.
@@ -188,7 +183,12 @@ class PoscarHeaderReader {
     }
     for (Vec3d& edge : header_.edges) {
       next_line();
-      edge = take_vector("write a vector of the lattice");
+      const LineWords vector = words_of(input_.line());
+      if (vector.size() < 3) {
+        input_.fail(std::to_string(vector.size()) +
+                    " numbers, but 3 are needed: write a vector of the lattice");
+      }
+      edge = position_field(vector, 0, input_.place());
     }
     const auto& [a, b, c] = header_.edges;
     const double volume = std::abs(dot(a, cross(b, c)));
@@ -214,15 +214,6 @@ class PoscarHeaderReader {
       header_.counts.push_back(count_field(word, input_.place()));
       header_.atoms += header_.counts.back();
       count_field(std::to_string(header_.atoms), input_.place());
-    }
-  }
-
-  /// Names the species of a file without a line of names: by the title, or by numbers from 1.
-  void name_species(std::string_view title) {
-    header_.species = species_in_title(title, header_.counts.size());
-    header_.named = header_.from_title = !header_.species.empty();
-    for (std::size_t i = header_.species.size(); i < header_.counts.size(); ++i) {
-      header_.species.push_back(std::to_string(i + 1));
     }
   }
 
@@ -297,11 +288,7 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
       const std::string_view species = species_of_row(header_.species[number]);
       const std::uint8_t element =
           header_.named || named_by_rows_ ? atomic_number_of(symbol_in(species)) : 0;
-      if (element == 0) {
-        columns.unknown_element();
-      } else {
-        columns.element(element);
-      }
+      element == 0 ? columns.unknown_element() : columns.element(element);
       columns.type(species);
     }
   }

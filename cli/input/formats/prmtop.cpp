@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -20,16 +19,9 @@ Confidence looks_like_prmtop(const FileStart& start) {
   return certain_if(start.has("%VERSION") || start.has("%FLAG"));
 }
 
-constexpr std::array<std::string_view, 10> wanted_flags{"POINTERS",
-                                                        "ATOM_NAME",
-                                                        "CHARGE",
-                                                        "MASS",
-                                                        "ATOMIC_NUMBER",
-                                                        "RESIDUE_LABEL",
-                                                        "RESIDUE_POINTER",
-                                                        "AMBER_ATOM_TYPE",
-                                                        "BONDS_INC_HYDROGEN",
-                                                        "BONDS_WITHOUT_HYDROGEN"};
+constexpr auto wanted_flags = std::to_array<std::string_view>(
+    {"POINTERS", "ATOM_NAME", "CHARGE", "MASS", "ATOMIC_NUMBER", "RESIDUE_LABEL", "RESIDUE_POINTER",
+     "AMBER_ATOM_TYPE", "BONDS_INC_HYDROGEN", "BONDS_WITHOUT_HYDROGEN"});
 
 struct Section {
   using Fields = std::vector<std::string>;
@@ -47,9 +39,9 @@ class Sections {
       const std::string_view line = input.line();
       if (line.starts_with("%FLAG")) {
         const std::string name(trimmed(line.substr(5)));
-        const bool wanted = std::ranges::find(wanted_flags, name) != wanted_flags.end();
-        section =
-            wanted ? &sections_.try_emplace(name, Section{input.place()}).first->second : nullptr;
+        section = place_in(wanted_flags, name)
+                      ? &sections_.try_emplace(name, Section{input.place()}).first->second
+                      : nullptr;
         width_ = 0;
       } else if (section != nullptr && line.starts_with("%FORMAT")) {
         width_ = width_in(line);
@@ -131,7 +123,7 @@ class Residues {
   }
 
   /// Sets the residue of an atom. Call it for the atoms in their order.
-  void enter(std::uint64_t atom, NamedAtom& to) {
+  void enter(std::uint64_t atom, Atom& to) {
     while (next_ < firsts_.size() && firsts_[next_] <= atom + 1) ++next_;
     if (next_ == 0) return;
     to.residue_name = labels_[next_ - 1];
@@ -145,7 +137,7 @@ class Residues {
 };
 
 double number_at(const Section::Fields& fields, std::size_t i) {
-  return i < fields.size() ? number_or_nan(fields[i]) : std::numeric_limits<double>::quiet_NaN();
+  return i < fields.size() ? number_or_nan(fields[i]) : not_known;
 }
 
 /// Parses atomic numbers. Negative numbers are virtual sites: 0.
@@ -192,13 +184,11 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   Residues residues(sections, sections.pointer(residues_place), count);
   NameTable atoms(input.place());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    NamedAtom atom;
+    Atom atom;
     atom.name = names[i];
     if (!types.empty()) atom.type = types[i];
-    atom.charge = number_at(charges, i) / charge_unit;
-    atom.mass = number_at(masses, i);
     residues.enter(i, atom);
-    atoms.add(atom);
+    atoms.add(atom, number_at(charges, i) / charge_unit, number_at(masses, i));
   }
   Particles particles =
       atoms.finish(request, elements_in(sections.of("ATOMIC_NUMBER", count).fields));

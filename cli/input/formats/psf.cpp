@@ -27,7 +27,7 @@ std::optional<std::int32_t> leading_number(std::string_view text) {
 
 /// Reads a row: number, segment (which may be blank), residue number, residue name, name, type,
 /// charge, mass. Ignores further columns.
-NamedAtom atom_in_row(const std::vector<std::string_view>& row, const FilePlace& place) {
+void add_atom(const std::vector<std::string_view>& row, const FilePlace& place, NameTable& atoms) {
   constexpr std::size_t least_columns = 8;
   const bool has_segment = row.size() >= least_columns && leading_number(row[2]).has_value();
   const std::size_t at = has_segment ? 2 : 1;
@@ -35,16 +35,15 @@ NamedAtom atom_in_row(const std::vector<std::string_view>& row, const FilePlace&
     place.fail_incomplete(std::to_string(row.size()) +
                           " columns, but an atom of PSF has at least 8, or 7 without a segment");
   }
-  NamedAtom atom;
+  Atom atom;
   if (has_segment) atom.chain = row[1];
   atom.residue_number = leading_number(row[at]).value_or(0);
   if (ascii::is_letter(row[at].back())) atom.insertion = row[at].back();
   atom.residue_name = row[at + 1];
   atom.name = row[at + 2];
   atom.type = row[at + 3];
-  atom.charge = number_field(row[at + 4], "charge", place);
-  atom.mass = number_field(row[at + 5], "mass", place);
-  return atom;
+  const double charge = number_field(row[at + 4], "charge", place);
+  atoms.add(atom, charge, number_field(row[at + 5], "mass", place));
 }
 
 /// Returns the count of the section NATOM. The next line is its first row.
@@ -52,9 +51,8 @@ std::uint64_t find_atoms(ParticleInput& input) {
   if (!input.next_line() || !input.line().starts_with("PSF")) {
     input.fail("this is not a PSF file: it does not begin with PSF");
   }
-  std::vector<std::string_view> words;
   while (input.next_line()) {
-    split_at_blanks(input.line(), words);
+    const std::vector<std::string_view> words = words_of(input.line());
     if (words.size() >= 2 && words[1].starts_with("!NATOM")) {
       return count_field(words[0], input.place());
     }
@@ -65,9 +63,8 @@ std::uint64_t find_atoms(ParticleInput& input) {
 /// Returns the count of the section NBOND, which follows the atoms. Returns 0 without the section.
 std::uint64_t find_bonds(ParticleInput& input) {
   constexpr int most_lines = 10;
-  std::vector<std::string_view> words;
   for (int i = 0; i < most_lines && input.next_line(); ++i) {
-    split_at_blanks(input.line(), words);
+    const std::vector<std::string_view> words = words_of(input.line());
     const bool found = words.size() >= 2 && words[1].starts_with("!NBOND");
     if (found) return natural_in(words[0]).value_or(0);
   }
@@ -101,7 +98,7 @@ Particles read_psf(PackedFile& file, const ParticleRequest& request) {
   for (std::uint64_t i = 0; i < count; ++i) {
     input.next_row(i, count, "atoms");
     split_at_blanks(input.line(), row);
-    atoms.add(atom_in_row(row, input.place()));
+    add_atom(row, input.place(), atoms);
   }
   Particles particles = atoms.finish(request);
   particles.bonds = bonds_in(input, count);

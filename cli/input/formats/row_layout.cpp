@@ -44,55 +44,35 @@ double value_of(const Fields& row, const NumberField& field) {
       Vec3d{x, number_or_nan(row[field.column + 1]), number_or_nan(row[field.column + 2])});
 }
 
-/// The columns of a header line.
-class Header {
- public:
-  Header(const std::vector<std::string>& names, const FilePlace& place)
-      : names_(&names), place_(&place) {}
-
-  std::optional<std::size_t> find(std::string_view name) const {
-    const auto found = std::ranges::find(*names_, name);
-    if (found == names_->end()) return {};
-    if (std::find(found + 1, names_->end(), name) != names_->end()) {
-      place_->fail("two columns are named '" + std::string(name) + "': rename one");
-    }
-    return static_cast<std::size_t>(found - names_->begin());
-  }
-
-  std::optional<std::array<std::size_t, 3>> find(
-      const std::array<std::string_view, 3>& three) const {
-    const auto a = find(three[0]);
-    const auto b = find(three[1]);
-    const auto c = find(three[2]);
-    if (!a || !b || !c) return {};
-    return {{*a, *b, *c}};
-  }
-
- private:
-  const std::vector<std::string>* names_;
-  const FilePlace* place_;
-};
-
 }  // namespace
 
 RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& place) {
-  const Header header(names, place);
+  const auto find = [&](std::string_view name) {
+    if (std::ranges::count(names, name) > 1) {
+      place.fail("two columns are named '" + std::string(name) + "': rename one");
+    }
+    return place_in(names, name);
+  };
+  const auto find_three = [&](const std::array<std::string_view, 3>& three) {
+    for (const std::string_view name : three) find(name);
+    return places_of_three(names, three);
+  };
   RowLayout layout;
-  const auto position = header.find(axis_names);
+  const auto position = find_three(axis_names);
   if (!position) {
-    const auto is_missing = [&](std::string_view axis) { return !header.find(axis); };
+    const auto is_missing = [&](std::string_view axis) { return !place_in(names, axis); };
     place.fail("the table has no column '" +
                std::string(*std::ranges::find_if(axis_names, is_missing)) +
                "': name the columns x, y and z");
   }
   layout.position = *position;
-  layout.color = header.find({"red", "green", "blue"});
-  const auto short_color = header.find({"r", "g", "b"});
+  layout.color = find_three({"red", "green", "blue"});
+  const auto short_color = find_three({"r", "g", "b"});
   if (!layout.color) layout.color = short_color;
-  layout.radius = header.find("radius");
-  if (!layout.radius && !short_color) layout.radius = header.find("r");
-  layout.element = header.find("element");
-  layout.type = header.find("type");
+  layout.radius = find("radius");
+  if (!layout.radius && !short_color) layout.radius = find("r");
+  layout.element = find("element");
+  layout.type = find("type");
   return layout;
 }
 

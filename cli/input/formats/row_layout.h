@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/input/particles/particle_columns.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 
@@ -36,6 +37,16 @@ struct RowLayout {
 };
 
 using Fields = std::vector<std::string_view>;
+
+/// Returns the indices of three words; nothing unless all of them are among `words`.
+std::optional<std::array<std::size_t, 3>> places_of_three(
+    const auto& words, const std::array<std::string_view, 3>& three) {
+  const auto first = place_in(words, three[0]);
+  const auto second = place_in(words, three[1]);
+  const auto third = place_in(words, three[2]);
+  if (!first || !second || !third) return {};
+  return {{*first, *second, *third}};
+}
 
 /// Returns the position in a row. The row must have all columns of `layout`, also in the functions
 /// below. Throws InputError at `place` for texts that are not numbers.

@@ -8,7 +8,6 @@
 #include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/text.h"
 
@@ -47,8 +46,7 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
   if (x && y && z && !symbol.empty()) {
     return {{*x, *y, *z}, symbol, charge_of_code(field_at(line, 36, 3))};
   }
-  std::vector<std::string_view> words;
-  split_at_blanks(line, words);
+  const std::vector<std::string_view> words = words_of(line);
   if (words.size() < 4 || is_number(words[3])) {  // a number: the line is a bond
     place.fail(
         "the line needs x, y, z and a symbol: check the number of atoms in the molecule's fourth "
@@ -233,11 +231,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
 
 /// Reads MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are
 /// its frames. Names and types are the symbols. Numbers: charge (formal).
-constinit const ParticleFormat sdf_format{.name = "SDF",
-                                          .extensions = {".sdf", ".mol", ".sd"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_sdf,
-                                          .read = read_frame<SdfFrames>};
+constinit const ParticleFormat sdf_format =
+    frames_in_angstrom<SdfFrames>("SDF", {".sdf", ".mol", ".sd"}, looks_like_sdf);
 
 }  // namespace parray::input

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/length_unit.h"
 #include "common/base/ascii.h"
 #include "common/base/printable.h"
@@ -90,12 +91,6 @@ void split_ending(std::string_view text, ColumnName& column) {
   column = {name, std::string(text.substr(mark + 1))};
 }
 
-ColumnName column_name(std::string_view text) {
-  ColumnName column = split_brackets(text);
-  split_ending(text, column);
-  return column;
-}
-
 /// Finds the columns of a way to write axes. All three have the unit of the first.
 std::optional<std::array<std::size_t, 3>> find_axes(const AxisNames& way,
                                                     const std::vector<std::string>& bare_names,
@@ -147,29 +142,23 @@ TableNames table_names(const std::vector<std::string_view>& header) {
   std::vector<std::string> bare_names;
   for (const std::string_view text : header) {
     const ColumnName plain = split_brackets(text);
-    const ColumnName column = column_name(text);
+    ColumnName column = plain;
+    split_ending(text, column);
     bare_names.push_back(bare(column.name));
     const auto size = place_in(size_names, column.name);
     const bool renamed = size && !place_in(table.names, column.name);
     table.names.push_back(renamed ? column.name : plain.name);
     table.units.push_back(readable_unit(column.unit));
   }
-  const auto is_there = [&](std::string_view axis) {
-    return place_in(table.names, axis).has_value();
-  };
-  table.has_positions = std::ranges::all_of(axis_letters, is_there) || name_axes(bare_names, table);
+  table.has_positions = places_of_three(table.names, axis_letters) || name_axes(bare_names, table);
   return table;
 }
 
 std::vector<std::string_view> words_of_header(std::string_view line) {
-  std::vector<std::string_view> words;
   const std::size_t mark = line.find_first_of(",;\t");
-  if (mark == std::string_view::npos) {
-    split_at_blanks(line, words);
-    join_units(words);
-  } else {
-    words = split_at(line[mark], line);
-  }
+  const bool blanks = mark == std::string_view::npos;
+  std::vector<std::string_view> words = blanks ? words_of(line) : split_at(line[mark], line);
+  if (blanks) join_units(words);
   for (std::string_view& word : words) {
     word = trimmed(word);
     if (word.size() >= 2 && word.starts_with('"') && word.ends_with('"')) {
@@ -235,10 +224,10 @@ std::array<std::string, 2> sky_angles(const TableNames& table) {
       "dec", "decdeg", "dej2000", "deicrs", "dec2000", "dedeg", "declination", "de", "decj2000"};
   constexpr std::array<std::string_view, 2> longitude{"glon", "gallon"};
   constexpr std::array<std::string_view, 2> latitude{"glat", "gallat"};
-  std::array<std::string, 2> angles{first_known(table, ra), first_known(table, dec)};
-  if (!angles[0].empty() && !angles[1].empty()) return angles;
-  angles = {first_known(table, longitude), first_known(table, latitude)};
-  if (!angles[0].empty() && !angles[1].empty()) return angles;
+  for (const auto& angles : {std::array{first_known(table, ra), first_known(table, dec)},
+                             {first_known(table, longitude), first_known(table, latitude)}}) {
+    if (!angles[0].empty() && !angles[1].empty()) return angles;
+  }
   return {};
 }
 

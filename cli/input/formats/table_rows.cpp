@@ -28,17 +28,12 @@ void FieldSplitter::split(std::string_view line, const FilePlace& place,
   } else if (separator_ == blank_separator) {
     split_at_blanks(line, fields);
   } else {
-    split_plain(line, fields);
-  }
-}
-
-void FieldSplitter::split_plain(std::string_view line,
-                                std::vector<std::string_view>& fields) const {
-  for (;;) {
-    const std::size_t end = line.find(separator_);
-    fields.push_back(trimmed(line.substr(0, end)));
-    if (end == std::string_view::npos) return;
-    line.remove_prefix(end + 1);
+    for (;;) {
+      const std::size_t end = line.find(separator_);
+      fields.push_back(trimmed(line.substr(0, end)));
+      if (end == std::string_view::npos) return;
+      line.remove_prefix(end + 1);
+    }
   }
 }
 
@@ -105,34 +100,6 @@ std::string with_decimal_point(std::string_view field) {
   return is_number(text) ? text : std::string();
 }
 
-void DecimalCommas::replace(const FilePlace& place, std::vector<std::string_view>& fields) {
-  const auto has_point = [](std::string_view field) {
-    return field.find('.') != std::string_view::npos && is_number(field);
-  };
-  const auto has_comma = [](std::string_view field) {
-    return field.find(',') != std::string_view::npos;
-  };
-  const bool commas = std::ranges::any_of(fields, has_comma);
-  if (point_line_ == 0 && std::ranges::any_of(fields, has_point)) point_line_ = place.number;
-  if (commas) {
-    std::size_t size = 0;
-    for (const std::string_view field : fields) size += field.size();
-    text_.clear();
-    text_.reserve(size);  // fields point into it
-    for (std::string_view& field : fields) {
-      const std::string number = with_decimal_point(field);
-      if (number.empty()) continue;
-      field = {text_.data() + text_.size(), number.size()};
-      text_ += number;
-      if (comma_line_ == 0) comma_line_ = place.number;
-    }
-  }
-  if (comma_line_ == 0 || point_line_ == 0) return;
-  place.fail("the table mixes decimal commas (line " + std::to_string(comma_line_) +
-             ") and decimal points (line " + std::to_string(point_line_) +
-             "): write points in all numbers");
-}
-
 bool TableRows::next_line() {
   while (input_->next_filled_line()) {
     if (!is_table_comment(input_->line())) return true;
@@ -140,10 +107,40 @@ bool TableRows::next_line() {
   return false;
 }
 
-const std::vector<std::string_view>& TableRows::split() {
+const std::vector<std::string_view>* TableRows::next() {
+  if (!next_line()) return nullptr;
   splitter_.split(input_->line(), input_->place(), fields_);
-  if (separator_ != ',') commas_.replace(input_->place(), fields_);
-  return fields_;
+  if (separator_ != ',') replace_commas();
+  return &fields_;
+}
+
+void TableRows::replace_commas() {
+  const auto has_point = [](std::string_view field) {
+    return field.find('.') != std::string_view::npos && is_number(field);
+  };
+  const auto has_comma = [](std::string_view field) {
+    return field.find(',') != std::string_view::npos;
+  };
+  const std::uint64_t line = input_->place().number;
+  const bool commas = std::ranges::any_of(fields_, has_comma);
+  if (point_line_ == 0 && std::ranges::any_of(fields_, has_point)) point_line_ = line;
+  if (commas) {
+    std::size_t size = 0;
+    for (const std::string_view field : fields_) size += field.size();
+    text_.clear();
+    text_.reserve(size);  // fields point into it
+    for (std::string_view& field : fields_) {
+      const std::string number = with_decimal_point(field);
+      if (number.empty()) continue;
+      field = {text_.data() + text_.size(), number.size()};
+      text_ += number;
+      if (comma_line_ == 0) comma_line_ = line;
+    }
+  }
+  if (comma_line_ == 0 || point_line_ == 0) return;
+  input_->fail("the table mixes decimal commas (line " + std::to_string(comma_line_) +
+               ") and decimal points (line " + std::to_string(point_line_) +
+               "): write points in all numbers");
 }
 
 }  // namespace parray::input

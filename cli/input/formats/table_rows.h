@@ -30,7 +30,6 @@ class FieldSplitter {
   void split(std::string_view line, const FilePlace& place, std::vector<std::string_view>& fields);
 
  private:
-  void split_plain(std::string_view line, std::vector<std::string_view>& fields) const;
   void split_quoted(std::string_view line, const FilePlace& place,
                     std::vector<std::string_view>& fields);
   [[nodiscard]] std::size_t end_of_field(std::string_view rest) const;
@@ -44,29 +43,12 @@ class FieldSplitter {
 /// none.
 char separator_of(std::string_view header);
 
-/// Replaces decimal commas by points.
-class DecimalCommas {
- public:
-  /// Changes fields such as "1,5" to "1.5", if they are numbers then. The fields are valid until
-  /// the next call. Throws InputError at `place` if the table has decimal commas and decimal
-  /// points.
-  void replace(const FilePlace& place, std::vector<std::string_view>& fields);
-
-  /// Returns the number of the first line with a decimal comma; 0: none.
-  [[nodiscard]] std::uint64_t first_line() const { return comma_line_; }
-
- private:
-  std::string text_;
-  std::uint64_t comma_line_ = 0;
-  std::uint64_t point_line_ = 0;
-};
-
 /// Returns the field with a point in place of its only comma, if that is a number. Otherwise
 /// returns an empty text.
 std::string with_decimal_point(std::string_view field);
 
-/// The rows of a table. Skips blank lines and comments. Accepts decimal commas unless the separator
-/// is a comma.
+/// The rows of a table. Skips blank lines and comments. Unless the separator is a comma, changes
+/// fields such as "1,5" to "1.5" if they are numbers then.
 class TableRows {
  public:
   TableRows(ParticleInput& input, char separator)
@@ -74,20 +56,23 @@ class TableRows {
 
   /// Goes to the next line with a row. Returns false at the end of the file.
   bool next_line();
-  /// Returns the fields of the line. They are valid until the next call. Throws the errors of
-  /// FieldSplitter::split() and DecimalCommas::replace().
-  [[nodiscard]] const std::vector<std::string_view>& split();
-  /// Goes to the next row and splits it. Returns nullptr at the end of the file.
-  const std::vector<std::string_view>* next() { return next_line() ? &split() : nullptr; }
+  /// Goes to the next row. Returns its fields, which are valid until the next call, or nullptr at
+  /// the end of the file. Throws the errors of FieldSplitter::split(). Throws InputError if the
+  /// table has decimal commas and decimal points.
+  const std::vector<std::string_view>* next();
 
-  [[nodiscard]] bool has_decimal_commas() const { return commas_.first_line() > 0; }
+  [[nodiscard]] bool has_decimal_commas() const { return comma_line_ > 0; }
 
  private:
+  void replace_commas();
+
   ParticleInput* input_;
   FieldSplitter splitter_;
   char separator_;
-  DecimalCommas commas_;
   std::vector<std::string_view> fields_;
+  std::string text_;              // fields with points in place of commas
+  std::uint64_t comma_line_ = 0;  // first line with a decimal comma; 0: none
+  std::uint64_t point_line_ = 0;  // first line with a decimal point
 };
 
 }  // namespace parray::input

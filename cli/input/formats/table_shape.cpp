@@ -92,30 +92,33 @@ bool is_counted(const FileStart& start, const std::vector<Line>& rows, char sepa
   if (rows.size() < 2 || rows[1].place != rows[0].place + 1) return false;
   if (rows.size() > 2 && !has_numbers(rows[2].text, separator, columns)) return false;
   if (!may_be_xyz(rows, separator, columns)) return true;
-  const bool complete = start.whole();
-  return complete && natural_in(rows[0].text) == rows.size() - 1;
+  return start.whole() && natural_in(rows[0].text) == rows.size() - 1;
 }
 
-/// Finds the header that pandas writes for columns without names, 0, 1, 2 and so on, maybe after
-/// the empty name of an index. Returns the number of columns of the index; nothing: another row.
-std::optional<std::size_t> numbered_header(const std::vector<Line>& rows, std::size_t& columns,
-                                           char& separator) {
-  if (rows.size() < 2) return {};
-  separator = separator_of(rows[0].text);
-  if (separator == blank_separator) return {};
+/// Recognises the header that pandas writes for columns without names: 0, 1, 2 and so on, maybe
+/// after the empty name of an index. Describes the table in `shape`. Returns false for another row.
+bool has_numbered_header(const std::vector<Line>& rows, TableShape& shape) {
+  if (rows.size() < 2 || rows[0].text.find('"') != std::string_view::npos) return false;
+  const char separator = separator_of(rows[0].text);
+  if (separator == blank_separator) return false;
   Words names;
   const FilePlace unused;
-  if (rows[0].text.find('"') != std::string_view::npos) return {};
   FieldSplitter(separator).split(rows[0].text, unused, names);
-  const std::size_t index = !names.empty() && names[0].empty() ? 1 : 0;
+  const std::size_t index = names[0].empty() ? 1 : 0;
   for (std::size_t i = index; i < names.size(); ++i) {
-    if (names[i] != std::to_string(i - index)) return {};
+    if (names[i] != std::to_string(i - index)) return false;
   }
-  columns = names.size() - index;
+  const std::size_t columns = names.size() - index;
   const Words fields = fields_of(rows[1].text, separator);
-  if (columns < least_numbers || fields.size() != names.size() || !are_numbers(fields)) return {};
+  const bool fits = fields.size() == names.size() && are_numbers(fields);
   const bool whole = std::ranges::all_of(fields, is_natural);
-  return index == 0 && whole ? std::nullopt : std::optional(index);
+  if (columns < least_numbers || !fits || (index == 0 && whole)) return false;
+  shape.names = TableShape::Names::none;
+  shape.separator = separator;
+  shape.numbered = shape.certain = true;
+  shape.first = index;
+  shape.columns = columns;
+  return true;
 }
 
 std::string_view without_marks(std::string_view comment) {
@@ -185,12 +188,7 @@ TableShape table_shape(const FileStart& start) {
   const std::vector<Line>& rows = lines.rows;
   if (rows.empty()) return shape;
   const std::size_t row = is_natural(rows[0].text) && rows.size() > 1 ? 1 : 0;
-  if (const auto index = numbered_header(rows, shape.columns, shape.separator)) {
-    shape.names = TableShape::Names::none;
-    shape.numbered = shape.certain = true;
-    shape.first = *index;
-    return shape;
-  }
+  if (has_numbered_header(rows, shape)) return shape;
   const std::optional<char> separator = separator_of_numbers(rows[row].text);
   if (!separator) {
     shape.separator = separator_of(rows[0].text);

@@ -8,7 +8,6 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
 #include "common/base/text.h"
@@ -123,11 +122,7 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
 
 /// Reads Tinker's coordinates and archives, with or without a box. The names give the elements, and
 /// a note says so. Types are the numbers of the force field.
-constinit const ParticleFormat tinker_format{.name = "Tinker",
-                                             .extensions = {".txyz", ".arc"},
-                                             .frames = true,
-                                             .in_angstrom = true,
-                                             .confidence = looks_like_tinker,
-                                             .read = read_frame<TinkerFrames>};
+constinit const ParticleFormat tinker_format =
+    frames_in_angstrom<TinkerFrames>("Tinker", {".txyz", ".arc"}, looks_like_tinker);
 
 }  // namespace parray::input

@@ -5,7 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {
@@ -28,76 +27,61 @@ constexpr std::string_view to_csv =
 constexpr std::string_view to_ply =
     "save it as PLY (pcl_pcd2ply, CloudCompare or Open3D), which keeps colours";
 
-// Formats that Python's packages read.
-constexpr std::string_view by_ase = "'python3 -m parray render FILE' reads it with ASE";
-constexpr std::string_view by_astropy = "'python3 -m parray render FILE' reads it with astropy";
-constexpr std::string_view by_h5py =
-    "'python3 -m parray render FILE' reads snapshots (Gadget, Arepo, SWIFT, H5MD) with h5py";
-constexpr std::string_view by_laspy = "'python3 -m parray render FILE' reads it with laspy";
-constexpr std::string_view by_mdanalysis =
-    "'python3 -m parray render FILE' reads it with MDAnalysis";
-constexpr std::string_view by_numpy = "'python3 -m parray render FILE' reads it with NumPy";
-constexpr std::string_view by_ovito = "'python3 -m parray render FILE' reads it with OVITO";
-constexpr std::string_view by_pandas = "'python3 -m parray render FILE' reads it with pandas";
-constexpr std::string_view by_pyarrow = "'python3 -m parray render FILE' reads it with pyarrow";
+constexpr std::string_view python = "'python3 -m parray render FILE' reads ";
 
 /// What a file is instead of a scene or particles. `what` is empty for unknown files.
 struct Unsupported {
   std::string_view what;
   std::string_view remedy;
+  std::string_view end{};  ///< the end of the remedy, if that is `python`
 };
 
 struct Signature {
-  std::string_view bytes;
-  std::size_t at;
   Unsupported format;
+  std::string_view bytes;
+  std::size_t at = 0;
 };
 
 // Signatures from the public descriptions of the formats.
 constexpr auto signatures = std::to_array<Signature>({
-    {"\x89PNG\r\n", 0, {"a PNG picture", picture}},
-    {"\xff\xd8\xff", 0, {"a JPEG picture", picture}},
-    {"\x76\x2f\x31\x01", 0, {"an EXR picture", picture}},
-    {"%PDF-", 0, {"a PDF document", picture}},
-    {"\x7f\x45LF", 0, {"a program", picture}},
-    {"SQLite format 3",
-     0,
-     {"an SQLite database",
-      "'python3 -m parray render FILE' reads a database of ASE (.db) with ASE"}},
-    {"\x93NUMPY", 0, {"a NumPy array", by_numpy}},
-    {"ustar", 257, {"a tar archive", unpack_it}},
-    {"\x1f\x8b", 0, {"data packed twice", packed}},
-    {"\x28\xb5\x2f\xfd", 0, {"data packed twice", packed}},
-    {"\xfd\x37zXZ", 0, {"data packed twice", packed}},
-    {"BZh", 0, {"data packed twice", packed}},
-    {"\x04\x22\x4d\x18", 0, {"data packed by lz4", packed}},
-    {"glTF", 0, {"a glTF mesh", mesh}},
-    {"OFF", 0, {"an OFF mesh", mesh}},
-    {"LASF", 0, {"a LAS or LAZ point cloud", by_laspy}},
-    {"# .PCD", 0, {"a PCD point cloud", to_ply}},
-    {"SIMPLE  =", 0, {"a FITS file", by_astropy}},
-    {"PAR1", 0, {"a Parquet table", by_pyarrow}},
-    {"ARROW1", 0, {"a Feather table", by_pyarrow}},
-    {"FEA1", 0, {"a Feather table", by_pyarrow}},
-    {"- of Ulm", 0, {"an ASE trajectory", by_ase}},
-    {"# vtk DataFile", 0, {"a VTK file", by_ovito}},
-    {"version https://git-lfs.github.com/spec",
-     0,
-     {"a Git LFS pointer", "fetch the file itself with git lfs pull"}},
-    {"LAMMPS (", 0, {"a log of LAMMPS", "name the dump file of that run"}},
-    {"!BIOSYM", 0, {"a BIOSYM archive", convert}},
-    {"LammpS RestartT",
-     0,
-     {"a restart file of LAMMPS",
-      "convert it to a data file or a dump (lmp -restart2data, -restart2dump)"}},
-    {"DUMPCUSTOM", 8, {"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}},
-    {"DUMPATOM", 8, {"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}},
-    {"---\ncreator: LAMMPS", 0, {"a YAML dump of LAMMPS", "write text with dump custom"}},
-    {"Number of particles = ", 0, {"an AtomEye CFG file", by_ase}},
-    {"mmtfVersion", 4, {"an MMTF file", by_mdanalysis}},
-    {"GENERAL INFO", 40, {"a TNG trajectory", convert}},
-    {"\xff\xfe", 0, {"UTF-16 text", utf16}},
-    {"\xfe\xff", 0, {"UTF-16 text", utf16}},
+    {{"a PNG picture", picture}, "\x89PNG\r\n"},
+    {{"a JPEG picture", picture}, "\xff\xd8\xff"},
+    {{"an EXR picture", picture}, "\x76\x2f\x31\x01"},
+    {{"a PDF document", picture}, "%PDF-"},
+    {{"a program", picture}, "\x7f\x45LF"},
+    {{"an SQLite database", python, "a database of ASE (.db) with ASE"}, "SQLite format 3"},
+    {{"a NumPy array", python, "it with NumPy"}, "\x93NUMPY"},
+    {{"a tar archive", unpack_it}, "ustar", 257},
+    {{"data packed twice", packed}, "\x1f\x8b"},
+    {{"data packed twice", packed}, "\x28\xb5\x2f\xfd"},
+    {{"data packed twice", packed}, "\xfd\x37zXZ"},
+    {{"data packed twice", packed}, "BZh"},
+    {{"data packed by lz4", packed}, "\x04\x22\x4d\x18"},
+    {{"a glTF mesh", mesh}, "glTF"},
+    {{"an OFF mesh", mesh}, "OFF"},
+    {{"a LAS or LAZ point cloud", python, "it with laspy"}, "LASF"},
+    {{"a PCD point cloud", to_ply}, "# .PCD"},
+    {{"a FITS file", python, "it with astropy"}, "SIMPLE  ="},
+    {{"a Parquet table", python, "it with pyarrow"}, "PAR1"},
+    {{"a Feather table", python, "it with pyarrow"}, "ARROW1"},
+    {{"a Feather table", python, "it with pyarrow"}, "FEA1"},
+    {{"an ASE trajectory", python, "it with ASE"}, "- of Ulm"},
+    {{"a VTK file", python, "it with OVITO"}, "# vtk DataFile"},
+    {{"a Git LFS pointer", "fetch the file itself with git lfs pull"},
+     "version https://git-lfs.github.com/spec"},
+    {{"a log of LAMMPS", "name the dump file of that run"}, "LAMMPS ("},
+    {{"a BIOSYM archive", convert}, "!BIOSYM"},
+    {{"a restart file of LAMMPS",
+      "convert it to a data file or a dump (lmp -restart2data, -restart2dump)"},
+     "LammpS RestartT"},
+    {{"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}, "DUMPCUSTOM", 8},
+    {{"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}, "DUMPATOM", 8},
+    {{"a YAML dump of LAMMPS", "write text with dump custom"}, "---\ncreator: LAMMPS"},
+    {{"an AtomEye CFG file", python, "it with ASE"}, "Number of particles = "},
+    {{"an MMTF file", python, "it with MDAnalysis"}, "mmtfVersion", 4},
+    {{"a TNG trajectory", convert}, "GENERAL INFO", 40},
+    {{"UTF-16 text", utf16}, "\xff\xfe"},
+    {{"UTF-16 text", utf16}, "\xfe\xff"},
 });
 
 /// Returns whether a text with two or four bytes per character begins with a brace (UTF-16 or
@@ -141,24 +125,25 @@ bool is_obj(const FileStart& start) {
   return 3 <= std::ranges::count_if(start.lines(), is_vertex);
 }
 
-/// Returns whether a line begins with the word, in any letter case.
-bool has_keyword(const FileStart& start, std::string_view keyword) {
-  return std::ranges::any_of(start.lines(), [&](std::string_view line) {
-    const auto words = words_of(line);
-    return !words.empty() && lower_case(words[0]) == keyword;
+/// Returns how many of the words begin a line, in any letter case.
+std::ptrdiff_t count_keywords(const FileStart& start,
+                              std::initializer_list<std::string_view> keywords) {
+  return std::ranges::count_if(keywords, [&](std::string_view keyword) {
+    return std::ranges::any_of(start.lines(), [&](std::string_view line) {
+      const auto words = words_of(line);
+      return !words.empty() && lower_case(words[0]) == keyword;
+    });
   });
 }
 
 bool is_input_of_lammps(const FileStart& start) {
-  constexpr std::array<std::string_view, 12> commands{
-      "units",      "atom_style", "pair_style", "pair_coeff", "read_data",   "read_restart",
-      "create_box", "lattice",    "boundary",   "dimension",  "atom_modify", "neigh_modify"};
-  return 3 <= std::ranges::count_if(
-                  commands, [&](std::string_view word) { return has_keyword(start, word); });
+  return count_keywords(start, {"units", "atom_style", "pair_style", "pair_coeff", "read_data",
+                                "read_restart", "create_box", "lattice", "boundary", "dimension",
+                                "atom_modify", "neigh_modify"}) >= 3;
 }
 
 bool is_gromos96(const FileStart& start) {
-  return trimmed(start.line(0)) == "TITLE" && has_keyword(start, "position");
+  return trimmed(start.line(0)) == "TITLE" && count_keywords(start, {"position"}) == 1;
 }
 
 /// Recognises CHARMM coordinates: titles that begin with a star, and a count.
@@ -189,12 +174,12 @@ bool is_molecule_template(const FileStart& start) {
     const auto words = words_of(line);
     return words.size() >= 2 && is_natural(words[0]) && words[1] == "atoms";
   };
-  return has_keyword(start, "coords") && std::ranges::any_of(start.lines(), counts_atoms);
+  return count_keywords(start, {"coords"}) == 1 && std::ranges::any_of(start.lines(), counts_atoms);
 }
 
 /// Recognises XTL: a title, a cell, and atoms with fractional coordinates.
 bool is_xtl(const FileStart& start) {
-  return has_keyword(start, "title") && has_keyword(start, "cell") && has_keyword(start, "atoms");
+  return count_keywords(start, {"title", "cell", "atoms"}) == 3;
 }
 
 /// Recognises XSF and AXSF (xcrysden.org/doc/XSF.html), in which comments begin with #.
@@ -227,8 +212,7 @@ bool is_cube(const FileStart& start) {
 
 /// Recognises PCD without its first comment.
 bool is_pcd(const FileStart& start) {
-  return has_keyword(start, "fields") && has_keyword(start, "points") &&
-         has_keyword(start, "data") && has_keyword(start, "version");
+  return count_keywords(start, {"fields", "points", "data", "version"}) == 4;
 }
 
 /// A text without a signature. The first matching shape counts.
@@ -239,8 +223,8 @@ struct Shape {
 
 constexpr auto shapes = std::to_array<Shape>({
     {is_html, {"an HTML page", "check that the download succeeded"}},
-    {is_vtk_xml, {"a VTK file", by_ovito}},
-    {is_votable, {"a VOTable", by_astropy}},
+    {is_vtk_xml, {"a VTK file", python, "it with OVITO"}},
+    {is_votable, {"a VOTable", python, "it with astropy"}},
     {is_xml, {"XML text", convert}},
     {is_stl, {"an STL mesh", mesh}},
     {is_obj, {"an OBJ mesh", mesh}},
@@ -249,13 +233,13 @@ constexpr auto shapes = std::to_array<Shape>({
     {is_molecule_template,
      {"a molecule template of LAMMPS",
       "name a data file or a dump of a simulation with these molecules"}},
-    {is_xtl, {"an XTL file", by_ase}},
-    {is_xsf, {"an XSF file", by_ase}},
+    {is_xtl, {"an XTL file", python, "it with ASE"}},
+    {is_xsf, {"an XSF file", python, "it with ASE"}},
     {is_pcd, {"a PCD point cloud", to_ply}},
     {is_gromos96, {"a GROMOS96 file", convert}},
     {is_charmm, {"a CHARMM coordinate file", convert}},
     {is_dl_poly, {"a file of DL_POLY", convert}},
-    {is_cube, {"a cube of Gaussian", by_ase}},
+    {is_cube, {"a cube of Gaussian", python, "it with ASE"}},
 });
 
 /// A format that only the file's name shows.
@@ -265,12 +249,12 @@ struct NamedFormat {
 };
 
 constexpr auto named_formats = std::to_array<NamedFormat>({
-    {".res", {"a SHELX file", by_ase}},
-    {".cell", {"a cell of CASTEP", by_ase}},
-    {".castep", {"an output of CASTEP", by_ase}},
-    {".cssr", {"a CSSR file", by_ase}},
-    {".gen", {"a GEN file of DFTB+", by_ase}},
-    {".imd", {"an IMD file", by_ovito}},
+    {".res", {"a SHELX file", python, "it with ASE"}},
+    {".cell", {"a cell of CASTEP", python, "it with ASE"}},
+    {".castep", {"an output of CASTEP", python, "it with ASE"}},
+    {".cssr", {"a CSSR file", python, "it with ASE"}},
+    {".gen", {"a GEN file of DFTB+", python, "it with ASE"}},
+    {".imd", {"an IMD file", python, "it with OVITO"}},
 });
 
 /// Recognises MessagePack with a key of BinaryCIF at the top level: a map of three, in either form.
@@ -286,26 +270,23 @@ Unsupported format_of_zip(const FileStart& start, std::string_view extension) {
   constexpr std::size_t name_at = 30;  // name of the first file
   const std::string_view bytes = start.bytes();
   const std::string_view first = bytes.substr(std::min(name_at, bytes.size()), 60);
-  if (first.find(".npy") < first.size()) return {"a NumPy archive (npz)", by_numpy};
+  if (first.find(".npy") < first.size()) return {"a NumPy archive (npz)", python, "it with NumPy"};
   if (first.find("opendocument.spreadsheet") < first.size()) {
     return {"an OpenDocument sheet", to_csv};
   }
   const bool office = first.starts_with("[Content_Types].xml") || first.starts_with("_rels/") ||
                       first.starts_with("docProps/") || first.starts_with("xl/");
-  if (office && extension != ".docx") return {"an Excel workbook", by_pandas};
+  if (office && extension != ".docx") return {"an Excel workbook", python, "it with pandas"};
   return {"a zip archive", unpack_it};
 }
 
 /// Names HDF5. The file's name shows netCDF-4, which has the same signature.
 Unsupported format_of_hdf5(std::string_view extension) {
   constexpr std::array<std::string_view, 3> of_netcdf{".nc", ".nc4", ".ncdf"};
-  if (!place_in(of_netcdf, extension)) return {"an HDF5 file", by_h5py};
-  return {"a netCDF-4 file", "convert it to netCDF-3 with nccopy -k 64-bit-offset"};
-}
-
-Unsupported format_of_binary(const FileStart& start, std::string_view extension) {
-  if (is_wide_json(start)) return {"UTF-16 text", utf16};
-  return extension == ".stl" ? Unsupported{"an STL mesh", mesh} : Unsupported{};
+  if (place_in(of_netcdf, extension)) {
+    return {"a netCDF-4 file", "convert it to netCDF-3 with nccopy -k 64-bit-offset"};
+  }
+  return {"an HDF5 file", python, "snapshots (Gadget, Arepo, SWIFT, H5MD) with h5py"};
 }
 
 Unsupported format_of(const FileStart& start, const std::filesystem::path& name) {
@@ -318,7 +299,9 @@ Unsupported format_of(const FileStart& start, const std::filesystem::path& name)
   for (const Signature& known : signatures) {
     if (start.has(known.bytes, known.at)) return known.format;
   }
-  if (is_wide_json(start) || !start.is_text()) return format_of_binary(start, extension);
+  if (is_wide_json(start)) return {"UTF-16 text", utf16};
+  if (!start.is_text() && extension == ".stl") return {"an STL mesh", mesh};
+  if (!start.is_text()) return {};
   for (const Shape& known : shapes) {
     if (known.fits(start)) return known.format;
   }
@@ -331,18 +314,7 @@ Unsupported format_of(const FileStart& start, const std::filesystem::path& name)
 std::string unsupported_format(const FileStart& start, const std::filesystem::path& name) {
   const Unsupported format = format_of(start, name);
   if (format.what.empty()) return {};
-  return std::string(format.what) + ": " + std::string(format.remedy);
-}
-
-std::string first_words(const FileStart& start) {
-  if (!start.is_text()) return "binary data of an unknown kind";
-  constexpr std::size_t most = 40;
-  const std::string_view text = start.bytes();
-  const std::size_t begin = text.find_first_not_of(" \t\r\n");
-  if (begin == std::string_view::npos) return "only blanks";
-  const std::string_view rest = text.substr(begin);
-  return "text that begins with '" + printable(rest.substr(0, rest.find_first_of("\r\n")), most) +
-         "'";
+  return std::string(format.what).append(": ").append(format.remedy).append(format.end);
 }
 
 }  // namespace parray::input

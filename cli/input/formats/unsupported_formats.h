@@ -14,8 +14,4 @@ namespace parray::input {
 /// recognisers of all supported formats, because it may take a supported file for another.
 std::string unsupported_format(const FileStart& start, const std::filesystem::path& name);
 
-/// Returns a description of a file for messages: "text that begins with 'ABC'", "only blanks" or
-/// "binary data of an unknown kind".
-std::string first_words(const FileStart& start);
-
 }  // namespace parray::input

@@ -2,26 +2,31 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 #include "cli/input/formats/binary_input.h"
 #include "cli/input/formats/format_table.h"
+#include "cli/input/formats/notes.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 
 /// Trajectories of GROMACS. Lengths in nm become angstrom. The files are XDR: big-endian, in units
 /// of four bytes (RFC 4506). Formats: GROMACS manual, "File formats", xtc and trr.
 namespace parray::input {
 namespace {
 
+constexpr std::int32_t xtc_magic = 1995;
+constexpr std::int32_t xtc_magic_of_long_frames = 2023;  // uses 64 bits for byte counts
+constexpr std::int32_t trr_magic = 1993;
+
 Confidence looks_like_xtc(const FileStart& start) {
   const std::uint32_t magic = start.big_endian(0);
-  const std::uint32_t atoms =
-      start.big_endian(4);  // the number appears again after step, time and box
-  return certain_if((magic == 1995 || magic == 2023) && atoms > 0 && start.big_endian(52) == atoms);
+  const std::uint32_t atoms = start.big_endian(4);  // again after step, time and box
+  return certain_if((magic == xtc_magic || magic == xtc_magic_of_long_frames) && atoms > 0 &&
+                    start.big_endian(52) == atoms);
 }
 
 Confidence looks_like_trr(const FileStart& start) {
-  return certain_if(start.big_endian(0) == 1993 && start.has("GMX_trn_file", 12));
+  return certain_if(start.big_endian(0) == trr_magic && start.has("GMX_trn_file", 12));
 }
 
 /// The part of a frame before the packed coordinates.
@@ -108,6 +113,17 @@ Whole take_digits(Bits& bits, unsigned count, const Sizes& sizes) {
 
 Whole sum(const Whole& a, const Whole& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 
+/// Unpacks the positions, in nm, that GROMACS packed into `bytes`. Each position is stored in one
+/// of two forms. The first is a number in a mixed base that encodes a whole position within the box
+/// of `least` and `most`. The second is the difference to the previous position; the size of
+/// differences changes from group to group. A bit, and sometimes a count of differences, indicates
+/// the form. The first difference after a whole position belongs to the atom before it, because the
+/// format stores the oxygen of a water molecule, its middle, first. Format: GROMACS manual, "File
+/// formats", xtc; Green, "xdrf library", EMBL 1995; Spångberg, Larsson and van der Spoel, J. Mol.
+/// Model. 17 (2011) 2669.
+///
+/// Throws InputError at `place` for damaged data, before it allocates more memory than the data can
+/// need.
 class XtcUnpacker {
  public:
   XtcUnpacker(const XtcPacking& packing, std::string_view bytes, const FilePlace& place)
@@ -203,22 +219,6 @@ class XtcUnpacker {
   std::vector<Vec3d> positions_;
 };
 
-/// Returns the positions, in nm, that GROMACS packed into `bytes`. Each position is stored in one
-/// of two forms. The first is a number in a mixed base that encodes a whole position within the box
-/// of `least` and `most`. The second is the difference to the previous position; the size of
-/// differences changes from group to group. A bit, and sometimes a count of differences, indicates
-/// the form. The first difference after a whole position belongs to the atom before it, because the
-/// format stores the oxygen of a water molecule, its middle, first. Format: GROMACS manual, "File
-/// formats", xtc; Green, "xdrf library", EMBL 1995; Spångberg, Larsson and van der Spoel, J. Mol.
-/// Model. 17 (2011) 2669.
-///
-/// Throws InputError at `place` for damaged data, before it allocates more memory than the data can
-/// need.
-std::vector<Vec3d> unpack_xtc(const XtcPacking& packing, std::string_view bytes,
-                              const FilePlace& place) {
-  return XtcUnpacker(packing, bytes, place).all();
-}
-
 template <typename Real>
 std::optional<ParticleCell> take_box(BinaryInput& input) {
   std::array<double, 9> box{};
@@ -245,7 +245,7 @@ std::vector<Vec3d> take_positions(BinaryInput& input, std::uint64_t count) {
 Particles frame_in_nm(std::vector<Vec3d> positions, const FilePlace& place) {
   for (Vec3d& position : positions) position = angstrom_per_nm * position;
   Particles particles = frame_of(positions, place);
-  if (particles.count() > 0) particles.facts.notes.push_back(nm_note(particles.count()));
+  add_note(particles.facts.notes, nm_note(particles.count()));
   return particles;
 }
 
@@ -255,13 +255,9 @@ class XtcFrames final : public FramesOf<BinaryInput> {
 
   bool next() override {
     if (input_.at_end()) return false;
-    constexpr std::int32_t magic = 1995;
-    constexpr std::int32_t magic_of_long_frames = 2023;  // uses 64 bits for byte counts
-    const auto found = input_.get<std::int32_t>();
-    if (found != magic && found != magic_of_long_frames) {
-      input_.fail_damaged("the data are not a frame of XTC");
-    }
-    is_long_ = found == magic_of_long_frames;
+    const auto magic = input_.get<std::int32_t>();
+    is_long_ = magic == xtc_magic_of_long_frames;
+    if (magic != xtc_magic && !is_long_) input_.fail_damaged("the data are not a frame of XTC");
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
     input_.get<std::int32_t>();  // time step
     time_ = static_cast<double>(input_.get<float>());
@@ -319,13 +315,11 @@ class XtcFrames final : public FramesOf<BinaryInput> {
     const std::uint64_t size = take_size();
     input_.expect(size);
     std::string bytes;
-    for (std::uint64_t done = 0; done < size;) {
-      const std::uint64_t part =
-          std::min<std::uint64_t>(size - done, ParticleInput::max_bytes_at_once);
-      bytes += input_.bytes(static_cast<std::size_t>(part));
-      done += part;
+    while (bytes.size() < size) {
+      bytes += input_.bytes(static_cast<std::size_t>(
+          std::min<std::uint64_t>(size - bytes.size(), ParticleInput::max_bytes_at_once)));
     }
-    return unpack_xtc(packing, bytes, input_.place());
+    return XtcUnpacker(packing, bytes, input_.place()).all();
   }
 
   bool is_long_ = false;
@@ -344,7 +338,7 @@ class TrrFrames final : public FramesOf<BinaryInput> {
   }
 
   std::uint64_t skip() override {
-    input_.skip(before_box() + sizes_[box] + after_box() + after_positions() + sizes_[positions]);
+    input_.skip(bytes_of(input_record, part_count));
     return has_positions() ? atoms_ : 0;
   }
 
@@ -367,9 +361,10 @@ class TrrFrames final : public FramesOf<BinaryInput> {
   };
 
   void read_head() {
-    constexpr std::int32_t magic = 1993;
     constexpr std::uint64_t longest_version = 64;
-    if (input_.get<std::int32_t>() != magic) input_.fail_damaged("the data are not a frame of TRR");
+    if (input_.get<std::int32_t>() != trr_magic) {
+      input_.fail_damaged("the data are not a frame of TRR");
+    }
     input_.get<std::int32_t>();  // length of the version, in another form
     const auto version = input_.get<std::uint32_t>();
     if (version > longest_version) input_.fail_damaged("the version is not valid");
@@ -382,46 +377,38 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
     input_.get<std::int32_t>();  // time step
     input_.get<std::int32_t>();  // number of energies
-    find_precision();
-    time_ = is_double_ ? input_.get<double>() : static_cast<double>(input_.get<float>());
-    input_.skip(is_double_ ? 8 : 4);  // lambda
-  }
-
-  void find_precision() {
-    is_double_ = false;
+    is_double_ = sizes_[box] == 72;
     for (const Part part : {positions, velocities, forces}) {
       is_double_ = is_double_ || (sizes_[part] > 0 && sizes_[part] == 24 * atoms_);
     }
-    is_double_ = is_double_ || sizes_[box] == 72;
     const std::uint64_t real = is_double_ ? 8 : 4;
     if (has_positions() && sizes_[positions] != 3 * real * atoms_) {
       input_.fail_damaged("the positions do not fit the number of atoms");
     }
+    time_ = is_double_ ? input_.get<double>() : static_cast<double>(input_.get<float>());
+    input_.skip(real);  // lambda
   }
 
   [[nodiscard]] bool has_positions() const { return sizes_[positions] > 0; }
-  [[nodiscard]] std::uint64_t before_box() const { return sizes_[input_record] + sizes_[energies]; }
-  [[nodiscard]] std::uint64_t after_box() const {
-    return sizes_[virial] + sizes_[pressure] + sizes_[topology] + sizes_[symbols];
-  }
-  [[nodiscard]] std::uint64_t after_positions() const {
-    return sizes_[velocities] + sizes_[forces];
+  /// Returns the number of bytes of the parts from `first` on and before `end`.
+  [[nodiscard]] std::uint64_t bytes_of(Part first, Part end) const {
+    return std::accumulate(sizes_.begin() + first, sizes_.begin() + end, std::uint64_t{0});
   }
 
   template <typename Real>
   Particles read_reals() {
-    input_.skip(before_box());
+    input_.skip(bytes_of(input_record, box));
     std::optional<ParticleCell> cell;
     if (sizes_[box] == 9 * sizeof(Real)) {
       cell = take_box<Real>(input_);
     } else {
       input_.skip(sizes_[box]);
     }
-    input_.skip(after_box());
+    input_.skip(bytes_of(virial, positions));
     input_.expect(sizes_[positions]);
     Particles particles =
         frame_in_nm(take_positions<Real>(input_, has_positions() ? atoms_ : 0), input_.place());
-    input_.skip(after_positions());
+    input_.skip(bytes_of(velocities, part_count));
     particles.cell = cell;
     particles.facts.time = time_;
     return particles;
@@ -435,20 +422,10 @@ class TrrFrames final : public FramesOf<BinaryInput> {
 
 }  // namespace
 
-constinit const ParticleFormat xtc_format{.name = "XTC",
-                                          .extensions = {".xtc"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_xtc,
-                                          .read = read_frame<XtcFrames>,
-                                          .holds = ParticleFormat::Holds::positions};
+constinit const ParticleFormat xtc_format = frames_in_angstrom<XtcFrames>(
+    "XTC", {".xtc"}, looks_like_xtc, ParticleFormat::Holds::positions);
 
-constinit const ParticleFormat trr_format{.name = "TRR",
-                                          .extensions = {".trr"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_trr,
-                                          .read = read_frame<TrrFrames>,
-                                          .holds = ParticleFormat::Holds::positions};
+constinit const ParticleFormat trr_format = frames_in_angstrom<TrrFrames>(
+    "TRR", {".trr"}, looks_like_trr, ParticleFormat::Holds::positions);
 
 }  // namespace parray::input

@@ -3,10 +3,10 @@
 #include <string>
 
 #include "cli/input/formats/format_table.h"
+#include "cli/input/formats/notes.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/formats/table_shape.h"
 #include "cli/input/particles/cell.h"
-#include "cli/input/particles/frames.h"
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
@@ -18,16 +18,14 @@ namespace {
 
 Confidence looks_like_xyz(const FileStart& start) {
   if (!is_natural(trimmed(start.line(0)))) return Confidence::none;
-  if (lower_case(start.line(1)).find("properties=") != std::string::npos) {
-    return Confidence::certain;
-  }
+  const std::string comment = lower_case(start.line(1));
+  if (comment.find("properties=") < comment.size()) return Confidence::certain;
   if (is_counted_table(start)) return Confidence::none;
   const bool next_frame = is_natural(trimmed(start.line(2)));  // after a frame without particles
-  const std::vector<std::string_view> words = words_of(start.line(2));
+  const Fields words = words_of(start.line(2));
   const bool has_position =
       words.size() >= 4 && std::all_of(words.begin() + 1, words.begin() + 4, is_number);
-  if (next_frame || has_position) return Confidence::likely;
-  return Confidence::possible;
+  return next_frame || has_position ? Confidence::likely : Confidence::possible;
 }
 
 /// The layout of the rows in a frame.
@@ -62,7 +60,7 @@ Property take_property(std::string_view& text, const FilePlace& place) {
   const std::optional<std::uint64_t> count = natural_in(take_part(text));
   constexpr std::string_view types = "SRIL";
   constexpr std::uint64_t max_count = 1000;
-  const bool known_type = type.size() == 1 && types.find(type[0]) != std::string_view::npos;
+  const bool known_type = type.size() == 1 && types.find(type) < types.size();
   if (name.empty() || !known_type || count.value_or(0) == 0 || *count > max_count) {
     place.fail("Properties has no valid NAME:TYPE:COUNT at '" + printable(name) +
                "': write for example species:S:1:pos:R:3");
@@ -109,20 +107,6 @@ void enter(const Property& property, std::size_t at, XyzLayout& layout, bool& ha
   }
 }
 
-XyzLayout layout_of_properties(std::string_view properties, const FilePlace& place) {
-  XyzLayout layout;
-  layout.exact = true;
-  layout.columns = 0;
-  bool has_position = false;
-  while (!properties.empty()) {
-    const Property property = take_property(properties, place);
-    enter(property, layout.columns, layout, has_position);
-    layout.columns += property.count;
-  }
-  if (!has_position) place.fail("Properties has no pos:R:3: add it");
-  return layout;
-}
-
 /// Returns the value of KEY=... `key` is in lower case, with "=". Returns "" if the key is missing.
 std::string_view value_of(std::string_view comment, std::string_view key) {
   const std::string lower = lower_case(comment);
@@ -141,12 +125,8 @@ std::string_view value_of(std::string_view comment, std::string_view key) {
 
 /// Parses the numbers of a value. Returns none if one of them is not a number.
 std::vector<double> numbers_in(std::string_view value) {
-  std::string text(value);
-  std::ranges::replace(text, ',', ' ');
-  Fields fields;
-  split_at_blanks(text, fields);
   std::vector<double> numbers;
-  for (const std::string_view field : fields) {
+  for (const std::string_view field : words_of(value, " \t,")) {
     const std::optional<double> number = number_in(field);
     if (!number) return {};
     numbers.push_back(*number);
@@ -157,12 +137,23 @@ std::vector<double> numbers_in(std::string_view value) {
 /// Returns the layout that Properties defines. Without Properties, a row has a name and a position.
 /// Throws InputError at `place` for invalid Properties and for Properties without positions.
 XyzLayout xyz_layout(std::string_view comment, const FilePlace& place) {
-  const std::string_view properties = value_of(comment, "properties=");
-  if (!properties.empty()) return layout_of_properties(properties, place);
-  XyzLayout plain;
-  plain.row.element = 0;
-  plain.row.position = {1, 2, 3};
-  return plain;
+  std::string_view properties = value_of(comment, "properties=");
+  XyzLayout layout;
+  if (properties.empty()) {
+    layout.row.element = 0;
+    layout.row.position = {1, 2, 3};
+    return layout;
+  }
+  layout.exact = true;
+  layout.columns = 0;
+  bool has_position = false;
+  while (!properties.empty()) {
+    const Property property = take_property(properties, place);
+    enter(property, layout.columns, layout, has_position);
+    layout.columns += property.count;
+  }
+  if (!has_position) place.fail("Properties has no pos:R:3: add it");
+  return layout;
 }
 
 /// Returns whether the comment is that of LAMMPS. Its names are numbers of types, unless the user
@@ -177,8 +168,7 @@ std::optional<ParticleCell> xyz_cell(std::string_view comment) {
   const auto edge = [&](std::size_t i) { return Vec3d{edges[i], edges[i + 1], edges[i + 2]}; };
   ParticleCell cell{{}, {edge(0), edge(3), edge(6)}};
   if (origin.size() == 3) cell.origin = {origin[0], origin[1], origin[2]};
-  Fields periodic;
-  split_at_blanks(value_of(comment, "pbc="), periodic);
+  const Fields periodic = words_of(value_of(comment, "pbc="));
   for (std::size_t i = 0; periodic.size() == 3 && i < 3; ++i) {
     cell.periodic.at(i) =
         !periodic[i].starts_with('F') && !periodic[i].starts_with('f') && periodic[i] != "0";
@@ -198,14 +188,6 @@ std::optional<double> xyz_time(std::string_view comment) {
 
 constexpr std::size_t least_row_bytes = 8;  // "C 0 0 0\n"
 
-void check_width(std::size_t found, const XyzLayout& layout, const FilePlace& place) {
-  if (found == layout.columns || (found > layout.columns && !layout.exact)) return;
-  place.fail(
-      std::to_string(found) + " columns, but " + std::to_string(layout.columns) + " are needed: " +
-      (layout.exact ? "write the number that Properties requires"
-                    : "write a name and three coordinates, or correct the number of particles"));
-}
-
 /// Returns whether the names are 1, 2, 3 ... in any order, without a gap.
 bool count_from_one(const std::vector<std::string>& names) {
   std::set<std::uint64_t> numbers;
@@ -217,25 +199,19 @@ bool count_from_one(const std::vector<std::string>& names) {
   return numbers.size() == names.size();
 }
 
-bool are_numbers(const std::vector<std::string>& names) {
-  return std::ranges::all_of(names, [](const auto& name) { return natural_in(name).has_value(); });
-}
-
 /// Decides whether numbers in place of elements are types. LAMMPS writes numbers of types there.
 /// Numbers are types if the comment is that of LAMMPS, or if they go from 1 on without a gap,
 /// because no system contains all of H, He, Li. Other numbers are atomic numbers.
 void distinguish_types_from_elements(std::string_view comment, Particles& particles) {
   const std::vector<std::string>& names = particles.types.names;
   if (particles.elements.empty() || names.empty()) return;
-  const bool types = is_lammps_comment(comment) ? are_numbers(names) : count_from_one(names);
+  const bool types =
+      is_lammps_comment(comment) ? std::ranges::all_of(names, is_natural) : count_from_one(names);
   if (!types) {
-    const auto numbers = std::ranges::count_if(particles.types.index, [&](std::uint32_t name) {
-      return natural_in(names[name]).has_value();
-    });
-    if (numbers > 0) {
-      particles.facts.notes.push_back(
-          guessed_elements_note(static_cast<std::uint64_t>(numbers), "given by atomic numbers"));
-    }
+    const auto numbers = std::ranges::count_if(
+        particles.types.index, [&](std::uint32_t name) { return is_natural(names[name]); });
+    add_note(particles.facts.notes,
+             guessed_elements_note(static_cast<std::uint64_t>(numbers), "given by atomic numbers"));
     return;
   }
   particles.elements = {};
@@ -276,7 +252,14 @@ class XyzFrames final : public FramesOf<ParticleInput> {
     for (std::uint64_t i = 0; i < count_; ++i) {
       input_.next_row(i, count_, "particles");
       split_at_blanks(input_.line(), row);
-      check_width(row.size(), layout, input_.place());
+      if (row.size() < layout.columns || (layout.exact && row.size() > layout.columns)) {
+        input_.fail(
+            std::to_string(row.size()) + " columns, but " + std::to_string(layout.columns) +
+            " are needed: " +
+            (layout.exact
+                 ? "write the number that Properties requires"
+                 : "write a name and three coordinates, or correct the number of particles"));
+      }
       add_row(row, layout.row, input_.place(), columns);
     }
     go_to_count();
@@ -309,11 +292,7 @@ class XyzFrames final : public FramesOf<ParticleInput> {
 /// Z), pos, type, radius and color. Colours are linear from 0 to 1 (type R) or 8-bit sRGB (type I).
 /// Other properties are numbers on request: vectors as name_x, name_y, name_z, and their length as
 /// name. Lattice, Origin and pbc are the cell. Time or, without it, the step is the time.
-constinit const ParticleFormat xyz_format{.name = "XYZ",
-                                          .extensions = {".xyz", ".extxyz"},
-                                          .frames = true,
-                                          .in_angstrom = true,
-                                          .confidence = looks_like_xyz,
-                                          .read = read_frame<XyzFrames>};
+constinit const ParticleFormat xyz_format =
+    frames_in_angstrom<XyzFrames>("XYZ", {".xyz", ".extxyz"}, looks_like_xyz);
 
 }  // namespace parray::input

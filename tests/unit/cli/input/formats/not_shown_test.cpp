@@ -1,4 +1,4 @@
-#include "cli/input/formats/not_shown.h"
+#include "cli/input/formats/notes.h"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,4 @@
 // Tables of numbers without names of columns.
-#include "cli/input/formats/plain_table.h"
 
 #include <doctest/doctest.h>
 
