@@ -3,8 +3,8 @@
 #include <string>
 
 #include "coordinator/http/events.h"
-#include "coordinator/http/picture_cache.h"
 #include "coordinator/http/metrics.h"
+#include "coordinator/http/picture_cache.h"
 #include "coordinator/http/router.h"
 #include "coordinator/http/upload_reader.h"
 #include "coordinator/http/webhooks.h"

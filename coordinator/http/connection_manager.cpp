@@ -12,8 +12,6 @@
 #include <utility>
 
 #include "common/base/error.h"
-#include "coordinator/http/conversation.h"
-#include "coordinator/http/listener.h"
 
 namespace parray::http {
 namespace {
@@ -151,7 +149,7 @@ void ConnectionManager::add_connection(Time now, int socket, std::string address
   }
   if (admission.displaced) remove(*admission.displaced);
   if (admission.displaced == id) return;
-  Entry& entry = entries_.emplace(id, Entry{connection, default_pace()}).first->second;
+  Entry& entry = entries_.emplace(id, Entry{connection}).first->second;
   entry.reserve = admission.reserve;
   watch(id, entry, EPOLLIN);
   if (receive(now, id, entry)) proceed(now, id);  // a request is often here already

@@ -68,7 +68,7 @@ class ConnectionManager {
   enum class Phase : std::uint8_t { reading, answered_elsewhere, writing, draining };
   struct Entry {
     SharedConnection connection;
-    Pace pace;
+    Pace pace{};
     bool reserve = false;
     Phase phase = Phase::reading;
     std::uint32_t watched = 0;  ///< epoll events that are reported; 0: none

@@ -1,12 +1,12 @@
 #include "coordinator/http/conversation.h"
 
+#include <fmt/format.h>
 #include <httplib.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <utility>
@@ -51,7 +51,7 @@ class LimitedStream final : public httplib::Stream {
     if (text_.size() > used_) return take_text(bytes, size);
     try {
       if (chunked_) return next_chunk() ? take_text(bytes, size) : -1;
-      await_input();
+      if (connection_.input().empty()) await_input();
     } catch (const Problem& problem) {
       problem_ = problem;
       return -1;
@@ -107,28 +107,18 @@ class LimitedStream final : public httplib::Stream {
     while (!chunks_.done()) {
       const ChunkDecoder::Step step = chunks_.step(connection_.input());
       used_ = 0;
-      text_ = chunks_.done() ? "0\r\n\r\n" : chunk_of(step.data);
+      text_ = chunks_.done()      ? "0\r\n\r\n"
+              : step.data.empty() ? ""
+                                  : fmt::format("{:x}\r\n{}\r\n", step.data.size(), step.data);
       connection_.consume(step.used);
       if (!text_.empty()) return true;
-      if (step.used == 0) await_more_input();
+      if (step.used == 0) await_input();
     }
     return false;
   }
 
-  static std::string chunk_of(std::string_view data) {
-    if (data.empty()) return "";
-    std::array<char, 16> digits{};
-    char* const end =
-        std::to_chars(digits.data(), digits.data() + digits.size(), data.size(), 16).ptr;
-    return std::string(digits.data(), end) + "\r\n" + std::string(data) + "\r\n";
-  }
-
+  /// Throws Problem if no more input arrives.
   void await_input() {
-    if (connection_.input().empty()) await_more_input();
-  }
-
-  /// Throws Problem if no input arrives.
-  void await_more_input() {
     constexpr std::size_t most = std::size_t{1} << 16;
     if (std::exchange(sends_continue_, false)) connection_.put(continue_line);
     const bool sent = !connection_.has_output() || connection_.await_flush(send_pace_);
@@ -139,8 +129,8 @@ class LimitedStream final : public httplib::Stream {
   }
 
   Connection& connection_;
-  Pace read_pace_ = default_pace();
-  Pace send_pace_ = default_pace();
+  Pace read_pace_;
+  Pace send_pace_;
   std::shared_ptr<const FileBody> file_;
   std::string text_;      ///< read next: the head, then a chunk
   std::size_t used_ = 0;  ///< bytes of text_ that were read
@@ -238,8 +228,8 @@ void lower_form_type(httplib::Request& request) {
 /// The library's server without sockets.
 class Engine final : public httplib::Server {
  public:
-  Engine(const std::function<Reply(const Request&)>& answer, std::function<void(int)> answered)
-      : answer_(answer) {
+  Engine(std::function<Reply(const Request&)> answer, std::function<void(int)> answered)
+      : answer_(std::move(answer)) {
     svr_sock_ = 0;  // the library treats an invalid socket as a stopped server
     set_logger([answered = std::move(answered)](const httplib::Request& /*request*/,
                                                 const httplib::Response& response) {
@@ -248,12 +238,14 @@ class Engine final : public httplib::Server {
     configure();
   }
 
-  /// Answers one request. `whole`: the body arrived together with the head. Returns false if the
-  /// connection must be closed.
-  bool converse(LimitedStream& stream, const RequestHead& head, bool whole) {
+  /// Answers one request. Returns false if the connection must be closed.
+  bool converse(Connection& connection) {
+    const std::string_view input = connection.input();
+    const RequestHead head = parse_head(input.substr(0, end_of_head(input, 0).value_or(0)));
+    LimitedStream stream(connection, head);
     stream_ = &stream;
     head_ = &head;
-    is_whole_ = whole;
+    is_whole_ = connection.is_whole();
     bool closed = false;
     const bool answered = process_request(stream, false, closed, nullptr);
     return answered && !closed && !stream.failed();
@@ -396,7 +388,7 @@ class Engine final : public httplib::Server {
     }
   }
 
-  const std::function<Reply(const Request&)>& answer_;
+  const std::function<Reply(const Request&)> answer_;
   // The request that is being answered.
   LimitedStream* stream_ = nullptr;
   const RequestHead* head_ = nullptr;
@@ -405,33 +397,10 @@ class Engine final : public httplib::Server {
 
 }  // namespace
 
-Pace default_pace() {
-  constexpr Time patience = seconds(10);
-  constexpr double bytes_a_second = 32768;
-  return {patience, bytes_a_second};
+std::function<bool(Connection&)> make_conversation(std::function<Reply(const Request&)> answer,
+                                                   std::function<void(int)> answered) {
+  const auto engine = std::make_shared<Engine>(std::move(answer), std::move(answered));
+  return [engine](Connection& connection) { return engine->converse(connection); };
 }
-
-class Conversation::Impl {
- public:
-  Impl(std::function<Reply(const Request&)> answer, std::function<void(int)> answered)
-      : answer_(std::move(answer)), engine_(answer_, std::move(answered)) {}
-
-  bool answer(Connection& connection) {
-    const std::string_view input = connection.input();
-    const RequestHead head = parse_head(input.substr(0, end_of_head(input, 0).value_or(0)));
-    LimitedStream stream(connection, head);
-    return engine_.converse(stream, head, connection.is_whole());
-  }
-
- private:
-  const std::function<Reply(const Request&)> answer_;
-  Engine engine_;
-};
-
-Conversation::Conversation(std::function<Reply(const Request&)> answer,
-                           std::function<void(int)> answered)
-    : impl_(std::make_unique<Impl>(std::move(answer), std::move(answered))) {}
-Conversation::~Conversation() = default;
-bool Conversation::answer(Connection& connection) { return impl_->answer(connection); }
 
 }  // namespace parray::http

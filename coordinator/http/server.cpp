@@ -62,11 +62,11 @@ HandlerPool& Server::pool_for(const Connection& connection, const RequestHead& h
 }
 
 HandlerPool::Handler Server::make_handler() {
-  const auto conversation = std::make_shared<Conversation>(answer_, answered_);
-  return [this, conversation](const HandlerPool::SharedConnection& connection) {
+  return [this, answer = make_conversation(answer_, answered_)](
+             const HandlerPool::SharedConnection& connection) {
     bool keep = false;
     try {
-      keep = conversation->answer(*connection);
+      keep = answer(*connection);
       std::size_t ignored = 0;
       connection->flush(ignored);  // the connection manager sends the rest
     } catch (const std::exception&) {

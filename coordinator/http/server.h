@@ -8,7 +8,6 @@
 #include "coordinator/http/connection_manager.h"
 #include "coordinator/http/exchange.h"
 #include "coordinator/http/handler_pool.h"
-#include "coordinator/http/listener.h"
 #include "coordinator/http/request_head.h"
 #include "coordinator/http/seats.h"
 

@@ -10,7 +10,7 @@
 #include "coordinator/http/budget.h"
 #include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/exchange.h"
-#include "coordinator/http/pace.h"
+#include "coordinator/http/connection.h"
 #include "coordinator/http/places.h"
 #include "coordinator/http/request_head.h"
 #include "coordinator/http/seats.h"
