@@ -301,22 +301,20 @@ std::string worker_address(const std::string& endpoint, const std::vector<std::s
   return endpoint;
 }
 
-/// Starts the HTTP service. Returns null without --http.
-std::unique_ptr<http::HttpService> make_http_service(Arguments& a, InprocHub& hub,
-                                                     const std::string& endpoint,
-                                                     const std::shared_ptr<spdlog::logger>& log) {
-  if (a.http.address.empty()) return nullptr;
+/// Starts the HTTP service. Does nothing without --http.
+http::HttpService start_http(Arguments& a, InprocHub& hub, const std::string& endpoint,
+                             const std::shared_ptr<spdlog::logger>& log) {
+  if (a.http.address.empty()) return {};
   a.http.worker_address = worker_address(endpoint, a.http.hosts);
   a.http.keys = a.keys;
   a.http.state = a.state.state;
   a.http.requests = a.options.limits.requests;
   a.http.uploads.body_bytes = static_cast<std::uint64_t>(a.http_body_mib * 0x1p20);
   a.http.uploads.child.memory = static_cast<std::uint64_t>(a.http_scene_gib * 0x1p30);
-  auto service = std::make_unique<http::HttpService>(a.http, hub, log);
-  service->start();
-  log->info("HTTP is served at http://{}", service->address());
+  http::HttpService service = http::serve_http(a.http, hub, log);
+  log->info("HTTP is served at http://{}", service.address);
   if (a.keys.empty() && !is_loopback("tcp://" + a.http.address)) {
-    log->warn("--insecure: anyone who reaches {} can send and stop jobs", service->address());
+    log->warn("--insecure: anyone who reaches {} can send and stop jobs", service.address);
   }
   return service;
 }
@@ -374,7 +372,7 @@ void serve_jobs(Arguments& a, StateOwner& state, const std::shared_ptr<spdlog::l
   std::cout << server.endpoint() << std::endl;
   InprocHub hub([&server] { server.link().wake(); });
   MergedLink link(server.link(), hub.coordinator());
-  const auto service = make_http_service(a, hub, server.endpoint(), log);
+  const auto service = start_http(a, hub, server.endpoint(), log);
   KeyWatch key_watch(a.keys, log);
   DescriptorWatch descriptors(*log);
   run_actor(coordinator, link, clock, [&](Time now) {

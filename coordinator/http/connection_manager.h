@@ -27,15 +27,12 @@ class ConnectionManager {
   using SharedConnection = std::shared_ptr<Connection>;
 
   struct Callbacks {
-    /// Returns a reply to send at once, or nothing if the request goes to hand_over. Called by the
+    /// Returns a reply to send at once, or nothing if the request is handed over. Called by the
     /// manager's thread; must not block. `reserve`: the connection is one of SeatLimits::reserve,
     /// because no regular one was free.
     std::function<std::optional<Reply>(const RequestHead&, const std::string& address,
                                        bool reserve)>
         answer_early;
-    /// Takes over a connection with a request until give_back(). Must not block. The request is
-    /// complete unless its body is large, or the client has stopped sending.
-    std::function<void(SharedConnection, const RequestHead&)> hand_over;
     /// Logs a warning about connections that wait, or were refused or closed. Called by the
     /// manager's thread.
     std::function<void(const std::string&)> warn;
@@ -44,9 +41,13 @@ class ConnectionManager {
     std::function<void(int)> answered;
   };
 
+  /// Takes over a connection with a request until give_back(). Must not block. The request is
+  /// complete unless its body is large, or the client has stopped sending.
+  using HandOver = std::function<void(SharedConnection, const RequestHead&)>;
+
   /// Takes over `listener`, a listening socket. Throws RunError if the system lacks descriptors or
   /// memory.
-  ConnectionManager(int listener, SeatLimits limits, Callbacks callbacks);
+  ConnectionManager(int listener, SeatLimits limits, Callbacks callbacks, HandOver hand_over);
   /// Closes all connections.
   ~ConnectionManager();
   ConnectionManager& operator=(ConnectionManager&&) = delete;
@@ -104,6 +105,7 @@ class ConnectionManager {
   static bool awaits_body(Entry& entry);
   void dispatch(ConnectionId id, Entry& entry);
   void refuse(Entry& entry, const Problem& problem);
+  void put_answer(Entry& entry, const Reply& reply, bool with_body);
   bool write(Time now, ConnectionId id, Entry& entry);
   void remove(ConnectionId id);
   void remove_late(Time now);
@@ -116,6 +118,7 @@ class ConnectionManager {
   const int wake_;
   const int poll_;
   const Callbacks callbacks_;
+  const HandOver hand_over_;
   std::atomic<bool> stopped_ = false;
   std::mutex mutex_;  // guards returned_
   std::vector<Returned> returned_;

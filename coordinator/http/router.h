@@ -14,8 +14,8 @@ namespace parray::http {
 /// Finds the function that answers a request.
 class Router {
  public:
-  /// Answers a request. `arguments`: the parts of the path that stand for {...} in the pattern.
-  using Handler = std::function<Reply(const Request&, const std::vector<std::string>& arguments)>;
+  /// Answers a request, which has the arguments of its Match.
+  using Handler = std::function<Reply(const Request&)>;
 
   /// Which requests the caller of find() may answer: those that Guard::admit() admits, or all.
   enum class Access : std::uint8_t { guarded, open };
@@ -27,27 +27,25 @@ class Router {
   void add(const std::string& method, const std::string& pattern, Handler handler,
            std::vector<std::string_view> queries = {}, Access access = Access::guarded);
 
-  /// The route of a request.
+  struct Route {
+    std::string method;
+    std::vector<std::string> parts;  ///< of the pattern, between '/'
+    Handler handler;
+    std::vector<std::string_view> queries;
+    Access access;
+  };
+  /// The route of a request. Valid until the next add().
   struct Match {
-    const Handler* handler = nullptr;
-    std::vector<std::string> arguments;
-    Access access = Access::guarded;
+    const Route* route = nullptr;
+    std::vector<std::string> arguments;  ///< the parts of the path that stand for {...}
   };
   /// Returns the route of the request. Throws Problem 404 for an unknown path, 405 with the
   /// permitted methods, or 400 for an unknown or repeated query parameter.
   [[nodiscard]] Match find(const Request& request) const;
 
  private:
-  struct Route {
-    std::string method;
-    std::vector<std::string> parts;
-    Handler handler;
-    std::vector<std::string_view> queries;
-    Access access;
-  };
-  /// Returns the routes of the patterns that fit best, with their arguments.
-  [[nodiscard]] std::vector<std::pair<const Route*, std::vector<std::string>>> closest(
-      const std::vector<std::string>& parts) const;
+  /// Returns the routes of the patterns that fit best.
+  [[nodiscard]] std::vector<Match> closest(const std::string& path) const;
 
   std::vector<Route> routes_;
 };

@@ -40,11 +40,10 @@ std::vector<DoneFrame> done_frames(LoopClient& loop, const Sender& sender, JobId
   }
 }
 
-}  // namespace
-
-Reply Api::frames_zip(const Request& request, JobId series) {
-  const auto held = std::make_shared<const Places::Entry>(archives_, owner_of(request));
-  const std::vector<DoneFrame> frames = done_frames(loop_, request.sender, series);
+Reply frames_zip(Api& api, const Request& request) {
+  const JobId series = job_in(request);
+  const auto held = std::make_shared<const Places::Entry>(api.archives, owner_of(request));
+  const std::vector<DoneFrame> frames = done_frames(api.loop, request.sender, series);
   if (frames.empty()) {
     throw Problem(
         409,
@@ -54,18 +53,21 @@ Reply Api::frames_zip(const Request& request, JobId series) {
   std::vector<ZipStream::Member> members;
   for (const DoneFrame& done : frames) {
     members.push_back({fmt::format("frame-{:04}.png", done.frame),
-                       [this, job = done.job, sender = request.sender, owner = owner_of(request)] {
-                         return pictures_.get(sender, owner, job, PictureCache::Kind::png).file;
+                       [&api, job = done.job, sender = request.sender, owner = owner_of(request)] {
+                         return api.pictures.get(sender, owner, job, PictureCache::Kind::png).file;
                        }});
   }
-  Reply reply;
-  reply.type = "application/zip";
-  reply.headers = {
-      {"Content-Disposition", fmt::format("attachment; filename=\"frames-{}.zip\"", series)}};
+  Reply reply{.type = "application/zip",
+              .headers = {{"Content-Disposition",
+                           fmt::format("attachment; filename=\"frames-{}.zip\"", series)}}};
   if (request.method != "HEAD") {
     reply.stream = std::make_shared<ZipStream>(std::move(members), held);
   }
   return reply;
 }
+
+}  // namespace
+
+void add_frames_zip(Api& api) { api.add("GET", "/api/v1/jobs/{id}/frames.zip", frames_zip); }
 
 }  // namespace parray::http

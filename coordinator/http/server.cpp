@@ -32,34 +32,32 @@ std::string address_text(const HostPort& at) {
   return (six ? "[" + at.host + "]" : at.host) + ":" + std::to_string(at.port);
 }
 
-/// Returns the limit of threads per address, so that one address cannot use all.
-std::size_t three_quarters(std::size_t threads) { return threads - threads / 4; }
+/// Limit of threads for requests with large bodies. Must exceed most_uploads (upload_reader.h).
+constexpr std::size_t body_threads = 40;
+/// Limit per address, so that one address cannot use all.
+constexpr std::size_t body_threads_of_address = 30;
 
 }  // namespace
 
-Server::Server(const std::string& address, const ServerLimits& limits, Callbacks callbacks)
-    : answer_(std::move(callbacks.answer)),
-      answered_(std::move(callbacks.answered)),
+Server::Server(const std::string& address, std::size_t threads, const SeatLimits& seats,
+               Answer answer, ConnectionManager::Callbacks callbacks)
+    : answer_(std::move(answer)),
+      answered_(callbacks.answered),
       listener_(bind_address(address)),
       address_(address_text({parse_address(address).host, listener_.port})),
-      manager_(listener_.socket, limits.seats,
-               {std::move(callbacks.answer_early),
-                [this](ConnectionManager::SharedConnection connection, const RequestHead& head) {
-                  HandlerPool& pool = pool_for(*connection, head);
-                  pool.give(std::move(connection));
-                },
-                std::move(callbacks.warn), answered_}),
-      requests_(limits.threads, limits.threads, [this] { return make_handler(); }),
-      bodies_(limits.bodies, three_quarters(limits.bodies), [this] { return make_handler(); }),
+      manager_(listener_.socket, seats, std::move(callbacks),
+               [this](ConnectionManager::SharedConnection connection, const RequestHead& head) {
+                 HandlerPool& pool = !connection->is_whole()    ? bodies_
+                                     : head.path() == "/readyz" ? readiness_
+                                                                : requests_;
+                 pool.give(std::move(connection));
+               }),
+      requests_(threads, threads, [this] { return make_handler(); }),
+      bodies_(body_threads, body_threads_of_address, [this] { return make_handler(); }),
       readiness_(2, 2, [this] { return make_handler(); }) {}
 
 /// Cuts the connections first, so that handlers that wait for a connection end.
 Server::~Server() { manager_.stop(); }
-
-HandlerPool& Server::pool_for(const Connection& connection, const RequestHead& head) {
-  if (!connection.is_whole()) return bodies_;
-  return head.path() == "/readyz" ? readiness_ : requests_;
-}
 
 HandlerPool::Handler Server::make_handler() {
   return [this, answer = make_conversation(answer_, answered_)](

@@ -63,19 +63,17 @@ std::string place_text(std::uint64_t done, std::uint64_t all) {
   return std::to_string(done) + " of " + std::to_string(all) + " frames";
 }
 
-}  // namespace
-
 /// Gives the upload to the loop and returns the number of the job.
-JobId Api::submit_job(const Request& request, Upload& upload, const std::string& series) {
+JobId submit_job(Api& api, const Request& request, Upload& upload, const std::string& series) {
   upload.submit.token = token_of(idempotency_key(request), series, upload);
   upload.submit.user.clear();
   if (upload.submit.frames > 0) upload.submit.series = series;
   return with_status(409, 422, [&] {  // a limit, or the scene
-    return loop_.ask<msg::Submitted>(request.sender, std::move(upload.submit)).job;
+    return api.loop.ask<msg::Submitted>(request.sender, std::move(upload.submit)).job;
   });
 }
 
-Reply Api::submit(const Request& request) {
+Reply submit(Api& api, const Request& request) {
   // Refuses a bad key before the body is read.
   const std::string series = series_token_of(idempotency_key(request));
   JobId id = 0;
@@ -84,17 +82,17 @@ Reply Api::submit(const Request& request) {
   std::uint64_t submitted = 0;
   std::string webhook;
   try {
-    uploads_.receive(request, [&](Upload& upload) {
+    api.uploads.receive(request, [&](Upload& upload) {
       if (submitted == 0) {
         webhook = upload.webhook;
-        if (!webhook.empty()) webhooks_.check(webhook);
+        if (!webhook.empty()) api.webhooks.check(webhook);
         frames = upload.submit.frames;
       }
-      const JobId job = submit_job(request, upload, series);
+      const JobId job = submit_job(api, request, upload, series);
       if (submitted++ > 0) return;
       first = job;
       id = frames == 0 ? job
-                       : loop_.ask<msg::Job>(request.sender, msg::ShowJob{0, job})
+                       : api.loop.ask<msg::Job>(request.sender, msg::ShowJob{0, job})
                              .job.at("series")
                              .get<JobId>();
     });
@@ -108,7 +106,7 @@ Reply Api::submit(const Request& request) {
                            : ", or repeat the request with the same Idempotency-Key"),
                   problem.exit_status(), problem.headers());
   }
-  if (!webhook.empty()) webhooks_.add(id, webhook);
+  if (!webhook.empty()) api.webhooks.add(id, webhook);
   json answer = {{"id", id}};
   if (frames > 0) answer["frames"] = frames;
   Reply reply = json_reply(answer, 201);
@@ -116,12 +114,19 @@ Reply Api::submit(const Request& request) {
   return reply;
 }
 
-Reply Api::plan(const Request& request) {
-  const json farm = loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{}).farm;
+Reply plan(Api& api, const Request& request) {
+  const json farm = api.loop.ask<msg::Farm>(request.sender, msg::ShowFarm{}).farm;
   const auto threads = farm.at("threads").get<std::size_t>();
-  json answer = uploads_.forecast(request, threads);
+  json answer = api.uploads.forecast(request, threads);
   answer["queue_seconds"] = threads > 0 ? farm.at("seconds_left") : json();
   return json_reply(answer);
+}
+
+}  // namespace
+
+void add_submitting(Api& api) {
+  api.add("POST", "/api/v1/jobs", submit);
+  api.add("POST", "/api/v1/plan", plan);
 }
 
 }  // namespace parray::http

@@ -62,8 +62,8 @@ std::string detail_of_problem(const Work& work) {
 Router sample_router() {
   Router router;
   const auto named = [](const char* name) {
-    return [name](const Request&, const std::vector<std::string>& arguments) {
-      return text_reply(name + (arguments.empty() ? "" : " " + arguments.front()));
+    return [name](const Request& asked) {
+      return text_reply(name + (asked.arguments.empty() ? "" : " " + asked.arguments.front()));
     };
   };
   router.add("GET", "/", named("page"));
@@ -75,9 +75,10 @@ Router sample_router() {
   return router;
 }
 
-std::string answered(const Router& router, const Request& asked) {
+std::string answered(const Router& router, Request asked) {
   const Router::Match match = router.find(asked);
-  return *(*match.handler)(asked, match.arguments).body;
+  asked.arguments = match.arguments;
+  return *match.route->handler(asked).body;
 }
 
 TEST_CASE("the router finds the handler of a method and a path") {
