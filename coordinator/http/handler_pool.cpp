@@ -14,7 +14,13 @@ void HandlerPool::give(SharedConnection connection) {
   if (stopped_) return;
   const std::string owner = owner_of_address(connection->address());
   turns_.push(owner, std::move(connection));
-  if (idle_ < turns_.waiting() && threads_.size() < most_) add_thread();
+  if (idle_ < turns_.waiting() && threads_.size() < most_) {
+    try {
+      threads_.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+      // Existing threads do the work. Without any, the next call tries again.
+    }
+  }
   given_.notify_one();
 }
 
@@ -27,16 +33,6 @@ void HandlerPool::stop() {
   }
   given_.notify_all();
   for (std::thread& thread : threads) thread.join();
-}
-
-/// Starts a thread. If the system permits no more, existing threads do the work; without any, the
-/// next give() tries again.
-void HandlerPool::add_thread() {
-  try {
-    threads_.emplace_back([this] { work(); });
-  } catch (const std::system_error&) {
-    return;
-  }
 }
 
 void HandlerPool::work() {

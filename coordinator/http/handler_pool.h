@@ -33,7 +33,6 @@ class HandlerPool {
   void stop();
 
  private:
-  void add_thread();
   void work();
 
   const std::size_t most_;

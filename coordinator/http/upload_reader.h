@@ -28,28 +28,29 @@ struct UploadLimits {
 
 /// A job of an upload: its only one, or a frame of a series.
 struct Upload {
-  msg::Submit submit;                  ///< `frames` 0: the only job
-  std::size_t place = 0;               ///< place of the frame, from 0
-  std::string webhook;                 ///< address of the webhook; empty: none
-  std::optional<Budget::Hold> memory;  ///< holds the memory of `submit`
-  std::string digest;                  ///< SHA-256 of names and contents of all parts
+  msg::Submit submit;     ///< `frames` 0: the only job
+  std::size_t place = 0;  ///< place of the frame, from 0
+  std::string webhook;    ///< address of the webhook; empty: none
+  Budget::Hold memory;    ///< holds the memory of `submit`
+  std::string digest;     ///< SHA-256 of names and contents of all parts
 };
 
 /// Returns the value if it is a whole number >= 0. JSON does not distinguish 20 from 20.0.
 std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 
-/// Returns the option `preview_of` of a request: the job of which the submitted one is the quick
-/// look; 0: none. Throws Problem 422.
-std::uint64_t preview_in_options(const std::string& options);
+/// The `options` of a request.
+struct RequestOptions {
+  std::vector<std::string> words;  ///< as arguments of the command line
+  std::string webhook;             ///< address of the webhook; empty: none
+  std::uint64_t preview_of = 0;    ///< the job of which this one is the quick look; 0: none
+};
+/// Reads options from a JSON map. Checks the types of settings; parray-http-child checks everything
+/// else. Throws Problem 422 with the option in its message.
+RequestOptions read_options(const std::string& text);
 
-/// Converts the `options` of a request, a JSON map, to arguments of the command line. Leaves out
-/// `preview_of` and `webhook`, and stores the latter in `webhook`. Checks the types of settings;
-/// parray-http-child checks everything else. Throws Problem 422 with the option in its message.
-std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
-
-/// Translates a message of parray-http-child for the client. `words`: the result of
-/// words_of_options(). If the message begins with an option of `words`, or with a file's name and
-/// then such an option, a JSON pointer replaces the option: "--spp: ..." becomes "options: /spp:
+/// Translates a message of parray-http-child for the client. `words`: those of RequestOptions. If
+/// the message begins with an option of `words`, or with a file's name and then such an option, a
+/// JSON pointer replaces the option: "--spp: ..." becomes "options: /spp:
 /// ...". Also removes the advice to see the help of parray.
 std::string message_about_options(const std::string& message,
                                   const std::vector<std::string>& words);
