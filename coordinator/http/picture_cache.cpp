@@ -143,7 +143,7 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
     const auto needed = memory_of(shown, kind, steps);
     {
       const auto held = memory_.hold(needed, patience, "another picture");
-      picture = make_any(sender, key, steps);
+      picture = is_work_map(kind) ? make_map(sender, job, kind) : make(sender, key, steps);
     }
     give_memory_back(needed);
     entry->version = version;
@@ -154,10 +154,6 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
                           : Limits{most_files, most_file_bytes});
   }
   return picture;
-}
-
-PictureCache::File PictureCache::make_any(const Sender& sender, const Key& key, Steps steps) {
-  return is_work_map(key.kind) ? make_map(sender, key.job, key.kind) : make(sender, key, steps);
 }
 
 PictureCache::File PictureCache::make(const Sender& sender, const Key& key, Steps steps) {

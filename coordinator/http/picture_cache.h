@@ -103,7 +103,6 @@ class PictureCache {
   static std::uint64_t memory_of(const nlohmann::json& job, Kind kind, Steps steps);
   std::shared_ptr<Entry> entry_of(const Key& key);
   void drop_old(bool thumbnails, const Limits& limits);
-  File make_any(const Sender& sender, const Key& key, Steps steps);
   File make(const Sender& sender, const Key& key, Steps steps);
   File make_map(const Sender& sender, JobId job, Kind kind);
   std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);
