@@ -139,4 +139,6 @@ class Connection {
   std::size_t output_memory_ = 0;
 };
 
+using SharedConnection = std::shared_ptr<Connection>;
+
 }  // namespace parray::http

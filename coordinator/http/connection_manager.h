@@ -10,10 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/connection.h"
 #include "coordinator/http/exchange.h"
-#include "coordinator/http/request_head.h"
+#include "coordinator/http/framing.h"
 #include "coordinator/http/seats.h"
 
 namespace parray::http {
@@ -24,8 +23,6 @@ namespace parray::http {
 /// request is being answered.
 class ConnectionManager {
  public:
-  using SharedConnection = std::shared_ptr<Connection>;
-
   struct Callbacks {
     /// Returns a reply to send at once, or nothing if the request is handed over. Called by the
     /// manager's thread; must not block. `reserve`: the connection is one of SeatLimits::reserve,

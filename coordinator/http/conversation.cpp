@@ -13,8 +13,7 @@
 
 #include "common/base/printable.h"
 #include "common/base/text.h"
-#include "coordinator/http/chunk_decoder.h"
-#include "coordinator/http/request_head.h"
+#include "coordinator/http/framing.h"
 
 namespace parray::http {
 namespace {

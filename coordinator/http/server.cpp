@@ -1,7 +1,11 @@
 #include "coordinator/http/server.h"
 
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <exception>
-#include <memory>
+#include <system_error>
 #include <utility>
 
 #include "common/base/error.h"
@@ -39,6 +43,55 @@ constexpr std::size_t body_threads_of_address = 30;
 
 }  // namespace
 
+void HandlerPool::give(SharedConnection connection) {
+  const std::scoped_lock lock(mutex_);
+  if (stopped_) return;
+  const std::string owner = owner_of_address(connection->address());
+  turns_.push(owner, std::move(connection));
+  if (idle_ < turns_.waiting() && threads_.size() < most_) {
+    try {
+      threads_.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+      // Existing threads do the work. Without any, the next call tries again.
+    }
+  }
+  given_.notify_one();
+}
+
+void HandlerPool::stop() {
+  std::vector<std::thread> threads;
+  {
+    const std::scoped_lock lock(mutex_);
+    stopped_ = true;
+    threads = std::exchange(threads_, {});
+  }
+  given_.notify_all();
+  for (std::thread& thread : threads) thread.join();
+}
+
+void HandlerPool::work() {
+  constexpr int low = 5;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), low);
+  const Handler handle = make_handler_();
+  std::unique_lock lock(mutex_);
+  while (!stopped_) {
+    std::optional<SharedConnection> connection = turns_.take();
+    if (!connection) {
+      ++idle_;
+      given_.wait(lock);
+      --idle_;
+      continue;
+    }
+    const std::string owner = owner_of_address((*connection)->address());
+    lock.unlock();
+    handle(*connection);
+    connection.reset();
+    lock.lock();
+    turns_.ended(owner);
+    if (turns_.waiting() > 0) given_.notify_one();  // a request of this owner may begin now
+  }
+}
+
 Server::Server(const std::string& address, std::size_t threads, const SeatLimits& seats,
                Answer answer, ConnectionManager::Callbacks callbacks)
     : answer_(std::move(answer)),
@@ -46,7 +99,7 @@ Server::Server(const std::string& address, std::size_t threads, const SeatLimits
       listener_(bind_address(address)),
       address_(address_text({parse_address(address).host, listener_.port})),
       manager_(listener_.socket, seats, std::move(callbacks),
-               [this](ConnectionManager::SharedConnection connection, const RequestHead& head) {
+               [this](SharedConnection connection, const RequestHead& head) {
                  HandlerPool& pool = !connection->is_whole()    ? bodies_
                                      : head.path() == "/readyz" ? readiness_
                                                                 : requests_;
@@ -60,18 +113,18 @@ Server::Server(const std::string& address, std::size_t threads, const SeatLimits
 Server::~Server() { manager_.stop(); }
 
 HandlerPool::Handler Server::make_handler() {
-  return [this, answer = make_conversation(answer_, answered_)](
-             const HandlerPool::SharedConnection& connection) {
-    bool keep = false;
-    try {
-      keep = answer(*connection);
-      std::size_t ignored = 0;
-      connection->flush(ignored);  // the connection manager sends the rest
-    } catch (const std::exception&) {
-      connection->cut();  // memory is short, or a stream has failed
-    }
-    manager_.give_back(connection, keep);
-  };
+  return
+      [this, answer = make_conversation(answer_, answered_)](const SharedConnection& connection) {
+        bool keep = false;
+        try {
+          keep = answer(*connection);
+          std::size_t ignored = 0;
+          connection->flush(ignored);  // the connection manager sends the rest
+        } catch (const std::exception&) {
+          connection->cut();  // memory is short, or a stream has failed
+        }
+        manager_.give_back(connection, keep);
+      };
 }
 
 }  // namespace parray::http

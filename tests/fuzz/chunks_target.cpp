@@ -1,4 +1,4 @@
-#include "coordinator/http/chunk_decoder.h"
+#include "coordinator/http/framing.h"
 #include "coordinator/http/exchange.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/rooms.h"
