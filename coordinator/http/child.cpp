@@ -1,7 +1,6 @@
 #include "coordinator/http/child.h"
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <csignal>

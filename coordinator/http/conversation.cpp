@@ -172,21 +172,6 @@ bool discard_body(const httplib::Request& request, const httplib::ContentReader&
              : reader(discard);
 }
 
-/// Sends the body and then reports failure, which is the only way to make the library close the
-/// connection.
-void send_and_close(httplib::Response& response) {
-  const std::string body = std::exchange(response.body, {});
-  const std::string type = response.get_header_value("Content-Type");
-  response.headers.erase("Content-Type");
-  response.set_header("Connection", "close");
-  response.set_content_provider(
-      body.size(), type,
-      [body](std::size_t /*offset*/, std::size_t /*length*/, httplib::DataSink& sink) {
-        sink.write(body.data(), body.size());
-        return false;
-      });
-}
-
 /// Returns the problem for a request that the library rejected itself: invalid, or with an unknown
 /// method.
 Problem library_problem(const httplib::Request& request, int status) {
@@ -277,8 +262,8 @@ class Engine final : public httplib::Server {
     // Requests that the library rejects have no error document yet.
     set_error_handler([this](const httplib::Request& request, httplib::Response& response) {
       if (!response.body.empty() || response.content_provider_ || response.status < 400) return;
-      send_reply(response, problem_reply(library_problem(request, response.status)));
-      send_and_close(response);  // the next request begins at an unknown byte
+      // The next request begins at an unknown byte.
+      send_last(response, problem_reply(library_problem(request, response.status)));
     });
   }
 
@@ -295,32 +280,21 @@ class Engine final : public httplib::Server {
       const_cast<httplib::Request&>(from).method = "GET";  // so that the library closes
       const Reply reply = answer_(request_of(from, nullptr, whole));
       const bool refused = reply.status >= 400;
-      send_reply(response, refused ? reply
-                                   : problem_reply(Problem(
-                                         400, "this method does not take a body: send none")));
-      send_and_close(response);
-      return;
+      if (refused) return send_last(response, reply);
+      return send_last(response,
+                       problem_reply(Problem(400, "this method does not take a body: send none")));
     }
     // The answer to DELETE has no content, so it could not make the client stop sending.
     if (had_body && from.method == "DELETE") {
       whole = is_whole_ && reader != nullptr && discard_body(from, *reader);
       if (!whole) {
         const Problem problem(413, "this request does not take a body: send none");
-        send_reply(response, problem_reply(problem));
-        send_and_close(response);
-        return;
+        return send_last(response, problem_reply(problem));
       }
     }
-    bool asked = false;
-    Request request = request_of(from, reader, whole);
-    request.read_body = [&asked, read = request.read_body](BodySink& sink, bool form) {
-      asked = true;
-      read(sink, form);
-    };
-    const Reply reply = answer_(request);
-    if (!whole && !asked && is_whole_ && reader != nullptr) whole = discard_body(from, *reader);
-    send_reply(response, reply);
-    if (!whole) send_and_close(response);
+    const Reply reply = answer_(request_of(from, reader, whole));
+    if (!whole && !asked_ && is_whole_ && reader != nullptr) whole = discard_body(from, *reader);
+    return whole ? send_reply(response, reply) : send_last(response, reply);
   }
 
   /// Converts the library's request. Reading its body sets `whole` if no byte is left to read.
@@ -329,11 +303,13 @@ class Engine final : public httplib::Server {
     Request request;
     request.method = from.method;
     request.path = from.path;
-    for (const auto& [name, value] : from.params) request.query.emplace(name, value);
+    request.query = from.params;
     request.remote = from.remote_addr;
     request.is_whole = is_whole_;
     request.field = [&from](const char* name) { return from.get_header_value(name); };
+    asked_ = false;
     request.read_body = [this, &from, &whole, reader](BodySink& sink, bool form) {
+      asked_ = true;
       // Without a length the library would read until the connection ends.
       if (reader == nullptr || !head_->has_body()) return;
       if (form && from.get_header_value("Content-Type").find("boundary=") == std::string::npos) {
@@ -387,11 +363,28 @@ class Engine final : public httplib::Server {
     }
   }
 
+  /// Sends a reply, and then reports failure, which is the only way to make the library close the
+  /// connection.
+  void send_last(httplib::Response& response, const Reply& reply) {
+    send_reply(response, reply);
+    const std::string body = std::exchange(response.body, {});
+    const std::string type = response.get_header_value("Content-Type");
+    response.headers.erase("Content-Type");
+    response.set_header("Connection", "close");
+    response.set_content_provider(
+        body.size(), type,
+        [body](std::size_t /*offset*/, std::size_t /*length*/, httplib::DataSink& sink) {
+          sink.write(body.data(), body.size());
+          return false;
+        });
+  }
+
   const std::function<Reply(const Request&)> answer_;
   // The request that is being answered.
   LimitedStream* stream_ = nullptr;
   const RequestHead* head_ = nullptr;
   bool is_whole_ = false;
+  bool asked_ = false;  ///< the handler has asked for the body
 };
 
 }  // namespace

@@ -49,9 +49,8 @@ constexpr const char* page_policy =
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 Reply asset_reply(const Request& request, const Asset& asset, const std::string& etag) {
-  Reply reply;
-  reply.type = asset.type;
-  reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
+  Reply reply{.type = std::string(asset.type),
+              .headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}}};
   if (asset.type.starts_with("text/html")) {
     reply.headers.emplace_back("Content-Security-Policy", page_policy);
   }
@@ -76,12 +75,10 @@ class Service {
         guard_(options.keys, options.hosts),
         request_budget_(options.requests),
         loop_(hub),
-        scene_places_("scenes", {.places = 3, .of_one = 2, .inside = 24, .one_inside = 16}),
-        picture_places_("pictures", {.places = 2, .of_one = 2, .inside = 40, .one_inside = 32}),
         memory_(options.memory),
-        disk_(std::max<std::uint64_t>(options.memory, std::uint64_t{1} << 28)),
-        uploads_(runner_, scene_places_, memory_, directory_.path(), options.uploads),
-        pictures_(loop_, runner_, picture_places_, memory_, disk_, directory_.path()),
+        uploads_(runner_, memory_, directory_.path(), options.uploads),
+        pictures_(loop_, runner_, memory_, std::max(options.memory, std::uint64_t{1} << 28),
+                  directory_.path()),
         events_(loop_, options.streams),
         webhooks_(loop_, options.webhook_hosts, options.webhooks, options.keep_webhooks),
         api_{router_, loop_, uploads_, pictures_, events_, webhooks_, counts_, options_},
@@ -102,8 +99,8 @@ class Service {
   ~Service() {
     loop_.stop();
     runner_.stop();
-    scene_places_.stop();
-    picture_places_.stop();
+    uploads_.stop();
+    pictures_.stop();
     if (confinement_check_.joinable()) confinement_check_.join();
     events_.stop();
     webhooks_.stop();
@@ -229,10 +226,7 @@ class Service {
   Router router_;
   LoopClient loop_;
   ChildRunner runner_;
-  Places scene_places_;
-  Places picture_places_;
   Budget memory_;
-  Budget disk_;
   UploadReader uploads_;
   PictureCache pictures_;
   Events events_;

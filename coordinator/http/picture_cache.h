@@ -40,16 +40,18 @@ class PictureCache {
   };
 
   /// `directory`: for files of child processes and cached files. `memory`: limits the memory of
-  /// pictures that are being made. `disk`: limits the cached files. All references must outlive
-  /// this object.
-  PictureCache(LoopClient& loop, const ChildRunner& runner, Places& places, Budget& memory,
-               Budget& disk, std::filesystem::path directory)
+  /// pictures that are being made. `disk`: limit of the cached files in bytes. All references must
+  /// outlive this object.
+  PictureCache(LoopClient& loop, const ChildRunner& runner, Budget& memory, std::uint64_t disk,
+               std::filesystem::path directory)
       : loop_(loop),
         runner_(runner),
-        places_(places),
         memory_(memory),
         disk_(disk),
         directory_(std::move(directory)) {}
+
+  /// Makes all requests fail that wait for a child process.
+  void stop() { places_.stop(); }
 
   /// A file with its properties. A thumbnail is in memory: there are many, and each open file takes
   /// a descriptor.
@@ -112,9 +114,9 @@ class PictureCache {
 
   LoopClient& loop_;
   const ChildRunner& runner_;
-  Places& places_;
+  Places places_{"pictures", {.places = 2, .of_one = 2, .inside = 40, .one_inside = 32}};
   Budget& memory_;
-  Budget& disk_;
+  Budget disk_;
   const std::filesystem::path directory_;
   SteadyClock clock_;
   std::mutex mutex_;  // guards entries_

@@ -45,7 +45,6 @@ constexpr std::size_t body_threads_of_address = 30;
 
 void HandlerPool::give(SharedConnection connection) {
   const std::scoped_lock lock(mutex_);
-  if (stopped_) return;
   const std::string owner = owner_of_address(connection->address());
   turns_.push(owner, std::move(connection));
   if (idle_ < turns_.waiting() && threads_.size() < most_) {
@@ -58,15 +57,13 @@ void HandlerPool::give(SharedConnection connection) {
   given_.notify_one();
 }
 
-void HandlerPool::stop() {
-  std::vector<std::thread> threads;
+HandlerPool::~HandlerPool() {
   {
     const std::scoped_lock lock(mutex_);
     stopped_ = true;
-    threads = std::exchange(threads_, {});
   }
   given_.notify_all();
-  for (std::thread& thread : threads) thread.join();
+  for (std::thread& thread : threads_) thread.join();
 }
 
 void HandlerPool::work() {

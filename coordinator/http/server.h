@@ -26,13 +26,12 @@ class HandlerPool {
   /// of requests of one address that are answered at the same time.
   HandlerPool(std::size_t threads, std::size_t of_address, std::function<Handler()> make_handler)
       : most_(threads), make_handler_(std::move(make_handler)), turns_(of_address) {}
-  ~HandlerPool() { stop(); }
+  /// Waits for requests that are being answered, and drops waiting ones.
+  ~HandlerPool();
   HandlerPool& operator=(HandlerPool&&) = delete;
 
-  /// Queues a connection with a request. Does nothing after stop(). Callable from any thread.
+  /// Queues a connection with a request. Callable from any thread.
   void give(SharedConnection connection);
-  /// Waits for requests that are being answered, and drops waiting ones.
-  void stop();
 
  private:
   void work();

@@ -1,4 +1,6 @@
 // Submits scenes, and forecasts their jobs.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -53,16 +55,6 @@ std::string token_of(const std::string& key, const std::string& series, const Up
   return key.empty() ? random_name() : "http-" + key + digest;
 }
 
-/// Names a series for people. `series`: 0 if the loop has not told its number yet.
-std::string series_text(JobId series, JobId first_frame) {
-  return series != 0 ? "series " + std::to_string(series)
-                     : "the series of job " + std::to_string(first_frame);
-}
-
-std::string place_text(std::uint64_t done, std::uint64_t all) {
-  return std::to_string(done) + " of " + std::to_string(all) + " frames";
-}
-
 /// Gives the upload to the loop and returns the number of the job.
 JobId submit_job(Api& api, const Request& request, Upload& upload, const std::string& series) {
   upload.submit.token = token_of(idempotency_key(request), series, upload);
@@ -98,13 +90,15 @@ Reply submit(Api& api, const Request& request) {
     });
   } catch (const Problem& problem) {
     if (submitted == 0) throw;
-    throw Problem(problem.status(),
-                  std::string(problem.what()) + ": " + series_text(id, first) + " has " +
-                      place_text(submitted, frames) + ": cancel it" +
-                      (idempotency_key(request).empty()
-                           ? ""
-                           : ", or repeat the request with the same Idempotency-Key"),
-                  problem.exit_status(), problem.headers());
+    const std::string named =
+        id != 0 ? fmt::format("series {}", id) : fmt::format("the series of job {}", first);
+    const bool repeatable = !idempotency_key(request).empty();
+    throw Problem(
+        problem.status(),
+        fmt::format("{}: {} has {} of {} frames: cancel it{}", problem.what(), named, submitted,
+                    frames,
+                    repeatable ? ", or repeat the request with the same Idempotency-Key" : ""),
+        problem.exit_status(), problem.headers());
   }
   if (!webhook.empty()) api.webhooks.add(id, webhook);
   json answer = {{"id", id}};

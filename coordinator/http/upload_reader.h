@@ -63,15 +63,14 @@ std::string time_limit_message(const ChildEnd& end, const ChildLimits& limits);
 /// these messages and the options. Callable from any thread.
 class UploadReader {
  public:
-  /// `places`: limits the children. `memory`: limits scenes on their way to the loop. `directory`:
-  /// for directories of requests. All references must outlive this object.
-  UploadReader(const ChildRunner& runner, Places& places, Budget& memory,
-               std::filesystem::path directory, UploadLimits limits)
-      : runner_(runner),
-        places_(places),
-        memory_(memory),
-        directory_(std::move(directory)),
-        limits_(limits) {}
+  /// `memory`: limits scenes on their way to the loop. `directory`: for directories of requests.
+  /// All references must outlive this object.
+  UploadReader(const ChildRunner& runner, Budget& memory, std::filesystem::path directory,
+               UploadLimits limits)
+      : runner_(runner), memory_(memory), directory_(std::move(directory)), limits_(limits) {}
+
+  /// Makes all requests fail that wait for a child process.
+  void stop() { places_.stop(); }
 
   /// Receives and reads the request's scene and options. Calls `take` with each of its jobs, in the
   /// order of their frames, as soon as it is read. Throws Problem, RunError, and what `take`
@@ -94,7 +93,8 @@ class UploadReader {
 
   const ChildRunner& runner_;
   Places uploads_{"uploads", {.inside = most_uploads, .one_inside = 16}};
-  Places& places_;
+  /// For children.
+  Places places_{"scenes", {.places = 3, .of_one = 2, .inside = 24, .one_inside = 16}};
   Budget& memory_;
   const std::filesystem::path directory_;
   const UploadLimits limits_;
