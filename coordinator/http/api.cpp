@@ -18,10 +18,6 @@ std::uint32_t priority_in(const Request& request) {
   return static_cast<std::uint32_t>(*priority);
 }
 
-bool has_tag(const std::string& list, const std::string& etag) {
-  return list == "*" || list.find(etag) != std::string::npos;
-}
-
 Reply show_job(Api& api, const Request& request) {
   const JobId job = job_in(request);
   const auto from =
@@ -109,7 +105,8 @@ Reply picture(Api& api, const Request& request, const PictureFile& shown) {
   if (picture.samples) {
     reply.headers.emplace_back("Parray-Samples", std::to_string(*picture.samples));
   }
-  if (has_tag(request.field("if-none-match"), picture.etag)) {
+  const std::string known_tags = request.field("if-none-match");
+  if (known_tags == "*" || known_tags.find(picture.etag) != std::string::npos) {
     reply.status = 304;
   } else if (picture.thumbnail) {
     reply.body = picture.thumbnail;

@@ -115,12 +115,8 @@ void ConnectionManager::accept_all(Time now) {
   constexpr int most = 64;  // per call, so that open connections get their turn
   for (int i = 0; i < most; ++i) {
     std::optional<Arrival> arrival = accept_at(listener_);
-    if (arrival) {
-      add_connection(now, arrival->socket, std::move(arrival->address));
-    } else {
-      const bool exhausted =
-          errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
-      if (exhausted) {
+    if (!arrival) {
+      if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
         callbacks_.warn(
             "HTTP: new connections wait: no file descriptors or memory are left: raise ulimit -n, "
             "or lower --http-connections");
@@ -128,6 +124,7 @@ void ConnectionManager::accept_all(Time now) {
       }
       return;
     }
+    add_connection(now, arrival->socket, std::move(arrival->address));
   }
 }
 

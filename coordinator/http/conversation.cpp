@@ -219,24 +219,6 @@ class Engine final : public httplib::Server {
                                                 const httplib::Response& response) {
       answered(response.status);
     });
-    configure();
-  }
-
-  /// Answers one request. Returns false if the connection must be closed.
-  bool converse(Connection& connection) {
-    const std::string_view input = connection.input();
-    const RequestHead head = parse_head(input.substr(0, end_of_head(input, 0).value_or(0)));
-    LimitedStream stream(connection, head);
-    stream_ = &stream;
-    head_ = &head;
-    is_whole_ = connection.is_whole();
-    bool closed = false;
-    const bool answered = process_request(stream, false, closed, nullptr);
-    return answered && !closed && !stream.failed();
-  }
-
- private:
-  void configure() {
     set_keep_alive_max_count(1000);
     set_keep_alive_timeout(static_cast<time_t>(SeatLimits{}.idle_time / seconds(1)));
     // Requests without a body are answered before the library looks for one.
@@ -267,6 +249,20 @@ class Engine final : public httplib::Server {
     });
   }
 
+  /// Answers one request. Returns false if the connection must be closed.
+  bool converse(Connection& connection) {
+    const std::string_view input = connection.input();
+    const RequestHead head = parse_head(input.substr(0, end_of_head(input, 0).value_or(0)));
+    LimitedStream stream(connection, head);
+    stream_ = &stream;
+    head_ = &head;
+    is_whole_ = connection.is_whole();
+    bool closed = false;
+    const bool answered = process_request(stream, false, closed, nullptr);
+    return answered && !closed && !stream.failed();
+  }
+
+ private:
   void serve(const httplib::Request& from, httplib::Response& response,
              const httplib::ContentReader* reader) {
     // Ranges are ignored: no client needs them, and the library's code for them is not checked

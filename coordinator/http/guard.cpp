@@ -40,9 +40,9 @@ std::string bearer_token(const std::string& field) {
 }  // namespace
 
 Guard::Guard(const std::filesystem::path& keys, std::vector<std::string> hosts)
-    : keys_(keys), hosts_(std::move(hosts)) {
+    : hosts_(std::move(hosts)) {
   for (std::string& name : hosts_) name = lower_case(name);
-  if (wants_tokens()) tokens_ = std::make_unique<TokenList>(keys);
+  if (!keys.empty()) tokens_ = std::make_unique<TokenList>(keys);
 }
 
 bool Guard::known_host(const std::string& host) const {
@@ -51,7 +51,7 @@ bool Guard::known_host(const std::string& host) const {
 }
 
 void Guard::check_origin(const Request& request) const {
-  if (wants_tokens()) return;
+  if (tokens_) return;
   const std::string host = request.field("host");
   if (host.empty()) {
     throw Problem(421, "the header Host is missing: send it with the IP address of this server");
@@ -78,7 +78,7 @@ void Guard::check_origin(const Request& request) const {
 }
 
 Sender Guard::admit(const Request& request) {
-  if (!wants_tokens()) return {};
+  if (!tokens_) return {};
   const std::string token = bearer_token(request.field("authorization"));
   if (token.empty()) {
     throw Problem(401,

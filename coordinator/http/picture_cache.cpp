@@ -36,12 +36,6 @@ bool is_work_map(Kind kind) {
 }
 bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
-/// Returns freed memory to the system: the C library keeps it in each thread's arena.
-void give_memory_back(std::uint64_t freed) {
-  constexpr std::uint64_t little = std::uint64_t{8} << 20;
-  if (freed >= little) malloc_trim(0);
-}
-
 /// Returns a text that is the same as long as the picture of a job does not change. Empty: it
 /// changes, because the job has not ended.
 std::string version_of(const json& job) {
@@ -145,7 +139,9 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
       const auto held = memory_.hold(needed, patience, "another picture");
       picture = is_work_map(kind) ? make_map(sender, job, kind) : make(sender, key, steps);
     }
-    give_memory_back(needed);
+    // Returns freed memory to the system: the C library keeps it in each thread's arena.
+    constexpr std::uint64_t little = std::uint64_t{8} << 20;
+    if (needed >= little) malloc_trim(0);
     entry->version = version;
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;

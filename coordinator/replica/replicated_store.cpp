@@ -12,12 +12,6 @@ static constexpr std::size_t copy_bytes = std::size_t{32} << 20;
 ReplicatedStore::ReplicatedStore(Store& inner, ReplicaConnection& connection,
                                  std::function<std::uint64_t()> random)
     : inner_(inner), connection_(connection), random_(std::move(random)) {
-  begin_or_resume_generation();
-}
-
-/// Resumes at the position of the previous process if the store has it. Otherwise begins a new
-/// generation, of which no standby has a batch yet.
-void ReplicatedStore::begin_or_resume_generation() {
   replication_ = replication_state_of(inner_).value_or(
       ReplicationState{random_() | 1, 0, ReplicaRole::single});
   const std::optional<Position> kept = position_of(inner_, replication_);
@@ -26,6 +20,8 @@ void ReplicatedStore::begin_or_resume_generation() {
         "--replicate-to: --state holds an incomplete copy: start this coordinator with --standby, "
         "so that its primary completes the copy");
   }
+  // Resumes at the position of the previous process if the store has it. Otherwise begins a new
+  // generation, of which no standby has a batch yet.
   if (replication_.role == ReplicaRole::primary && kept) {
     position_ = marked_position_ = *kept;
     return;

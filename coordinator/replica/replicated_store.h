@@ -90,7 +90,6 @@ class ReplicatedStore final : public Store {
     (inner_.*of_store)(arguments...);
     (pending_.*of_changes)(arguments...);
   }
-  void begin_or_resume_generation();
   void commit_sent_batch();
   void begin_session();
   void copy_everything(std::uint64_t session);

@@ -14,19 +14,17 @@ namespace {
 
 constexpr std::size_t most_message_bytes = std::size_t{64} << 20;  // pieces are far smaller
 
-std::unique_ptr<Store> open_store(const std::string& directory, spdlog::logger& log) {
-  auto store = std::make_unique<DiskStore>(directory);
-  for (const std::string& line : store->reports()) log.warn("--state {}: {}", directory, line);
-  return store;
-}
-
-std::unique_ptr<Store> wait_for_store(const std::string& directory, spdlog::logger& log,
-                                      const std::function<void()>& stop) {
+/// Opens the store. `wait`: waits while another coordinator uses it.
+std::unique_ptr<Store> open_store(const std::string& directory, bool wait, spdlog::logger& log,
+                                  const std::function<void()>& stop) {
   constexpr Time nap = milliseconds(100);
   for (bool told = false;;) {
     try {
-      return open_store(directory, log);
+      auto store = std::make_unique<DiskStore>(directory);
+      for (const std::string& line : store->reports()) log.warn("--state {}: {}", directory, line);
+      return store;
     } catch (const StateInUse&) {
+      if (!wait) throw;
       if (!std::exchange(told, true)) {
         log.info("another coordinator uses --state {}: waiting for its end", directory);
       }
@@ -114,7 +112,7 @@ StateOwner::StateOwner(const StateOptions& options, spdlog::logger& log,
                        const std::function<void()>& stop)
     : directory_(options.state) {
   if (options.state.empty()) return;
-  disk_ = options.wait ? wait_for_store(options.state, log, stop) : open_store(options.state, log);
+  disk_ = open_store(options.state, options.wait, log, stop);
   if (options.standby.empty()) check_fence(*disk_, options.serve_fenced, random_number() | 1);
   if (!options.standby.empty()) {
     take_over(options, log, stop);
