@@ -20,9 +20,8 @@ std::uint32_t priority_in(const Request& request) {
 
 Reply show_job(Api& api, const Request& request) {
   const JobId job = job_in(request);
-  const auto from =
-      static_cast<std::uint32_t>(number_parameter(request, "from_frame", 0, 999'999'999, 0));
-  const Time patience = seconds(number_parameter(request, "wait", 1, 60, 0));
+  const auto from = number_parameter<std::uint32_t>(request, "from_frame", 0, 999'999'999, 0);
+  const Time patience = seconds(number_parameter<std::uint64_t>(request, "wait", 1, 60, 0));
   const auto show = [&] {
     return api.loop.ask<msg::Job>(request.sender, msg::ShowJob{0, job, from}).job;
   };
@@ -92,7 +91,7 @@ Reply report(Api& api, const Request& request) {
 
 Reply picture(Api& api, const Request& request, const PictureFile& shown) {
   const JobId job = job_in(request);
-  const auto width = static_cast<std::uint32_t>(number_parameter(request, "width", 16, 1024, 0));
+  const auto width = number_parameter<std::uint32_t>(request, "width", 16, 1024, 0);
   const PictureCache::File picture = with_precise_status(api, {}, job, [&] {
     return api.pictures.get(request.sender, owner_of(request), job, shown.kind, width);
   });

@@ -66,7 +66,7 @@ void ConnectionManager::stop() {
 void ConnectionManager::give_back(SharedConnection connection, bool keep) {
   {
     const std::scoped_lock lock(mutex_);
-    returned_.push_back({std::move(connection), keep});
+    returned_.emplace_back(std::move(connection), keep);
   }
   eventfd_write(wake_, 1);
 }
@@ -148,7 +148,7 @@ void ConnectionManager::add_connection(Time now, int socket, std::string address
 void ConnectionManager::take_back(Time now) {
   eventfd_t ignored = 0;
   eventfd_read(wake_, &ignored);
-  std::vector<Returned> returned;
+  decltype(returned_) returned;
   {
     const std::scoped_lock lock(mutex_);
     returned = std::exchange(returned_, {});

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "coordinator/http/connection.h"
@@ -83,10 +84,6 @@ class ConnectionManager {
     Time drain_end{};                   ///< phase draining: latest end
     std::size_t drained = 0;            ///< phase draining: bytes dropped
   };
-  struct Returned {
-    SharedConnection connection;
-    bool keep;
-  };
 
   void run();
   void accept_all(Time now);
@@ -116,8 +113,8 @@ class ConnectionManager {
   const Callbacks callbacks_;
   const HandOver hand_over_;
   std::atomic<bool> stopped_ = false;
-  std::mutex mutex_;  // guards returned_
-  std::vector<Returned> returned_;
+  std::mutex mutex_;                                         // guards returned_
+  std::vector<std::pair<SharedConnection, bool>> returned_;  ///< by give_back()
   // Used by the manager's thread only.
   Seats seats_;
   std::map<ConnectionId, Entry> entries_;

@@ -212,8 +212,7 @@ void lower_form_type(httplib::Request& request) {
 /// The library's server without sockets.
 class Engine final : public httplib::Server {
  public:
-  Engine(std::function<Reply(const Request&)> answer, std::function<void(int)> answered)
-      : answer_(std::move(answer)) {
+  Engine(Answer answer, std::function<void(int)> answered) : answer_(std::move(answer)) {
     svr_sock_ = 0;  // the library treats an invalid socket as a stopped server
     set_logger([answered = std::move(answered)](const httplib::Request& /*request*/,
                                                 const httplib::Response& response) {
@@ -265,8 +264,7 @@ class Engine final : public httplib::Server {
  private:
   void serve(const httplib::Request& from, httplib::Response& response,
              const httplib::ContentReader* reader) {
-    // Ranges are ignored: no client needs them, and the library's code for them is not checked
-    // here.
+    // Ranges are ignored: no client needs them, and no test covers the library's code for them.
     const_cast<httplib::Request&>(from).ranges.clear();
     permit_only_gzip(const_cast<httplib::Request&>(from));
     lower_form_type(const_cast<httplib::Request&>(from));
@@ -375,7 +373,7 @@ class Engine final : public httplib::Server {
         });
   }
 
-  const std::function<Reply(const Request&)> answer_;
+  const Answer answer_;
   // The request that is being answered.
   LimitedStream* stream_ = nullptr;
   const RequestHead* head_ = nullptr;
@@ -385,7 +383,7 @@ class Engine final : public httplib::Server {
 
 }  // namespace
 
-std::function<bool(Connection&)> make_conversation(std::function<Reply(const Request&)> answer,
+std::function<bool(Connection&)> make_conversation(Answer answer,
                                                    std::function<void(int)> answered) {
   const auto engine = std::make_shared<Engine>(std::move(answer), std::move(answered));
   return [engine](Connection& connection) { return engine->converse(connection); };

@@ -14,7 +14,7 @@ namespace parray::http {
 /// puts the answer into its output. Only a stream (BodyStream) is sent there, until it ends. The
 /// function throws what the stream throws. It returns false if the connection must be closed after
 /// the output is sent.
-std::function<bool(Connection&)> make_conversation(std::function<Reply(const Request&)> answer,
+std::function<bool(Connection&)> make_conversation(Answer answer,
                                                    std::function<void(int)> answered);
 
 }  // namespace parray::http

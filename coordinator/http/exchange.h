@@ -96,6 +96,9 @@ struct Reply {
   std::shared_ptr<const FileBody> file{};  ///< replaces `body` if set
 };
 
+/// Answers a request.
+using Answer = std::function<Reply(const Request&)>;
+
 /// Returns the result of `act()`. If that throws a Problem with the status `from`, throws a Problem
 /// with the same message and exit status, the status `to`, and no header fields.
 auto with_status(int from, int to, const auto& act) {

@@ -49,10 +49,9 @@ Reply workers_reply(const msg::Workers& answer) {
 }
 
 Reply list_workers(Api& api, const Request& request) {
-  const auto limit = static_cast<std::uint32_t>(
-      number_parameter(request, "limit", 1, msg::most_listed, msg::most_listed));
-  const auto offset =
-      static_cast<std::uint32_t>(number_parameter(request, "offset", 0, 1'000'000, 0));
+  const auto limit =
+      number_parameter<std::uint32_t>(request, "limit", 1, msg::most_listed, msg::most_listed);
+  const auto offset = number_parameter<std::uint32_t>(request, "offset", 0, 1'000'000, 0);
   return workers_reply(
       api.loop.ask<msg::Workers>(request.sender, msg::ListWorkers{0, offset, limit}));
 }

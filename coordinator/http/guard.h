@@ -30,8 +30,6 @@ class Guard {
   [[nodiscard]] Sender admit(const Request& request);
 
  private:
-  [[nodiscard]] bool known_host(const std::string& host) const;
-
   std::vector<std::string> hosts_;     ///< in lower case
   std::mutex mutex_;                   // guards tokens_
   std::unique_ptr<TokenList> tokens_;  ///< null: requests need no token

@@ -48,20 +48,6 @@ constexpr const char* page_policy =
     "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-Reply asset_reply(const Request& request, const Asset& asset, const std::string& etag) {
-  Reply reply{.type = std::string(asset.type),
-              .headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}}};
-  if (asset.type.starts_with("text/html")) {
-    reply.headers.emplace_back("Content-Security-Policy", page_policy);
-  }
-  if (request.field("if-none-match").find(etag) != std::string::npos) {
-    reply.status = 304;
-  } else {
-    reply.body = std::make_shared<const std::string>(asset.bytes);
-  }
-  return reply;
-}
-
 /// Limit of requests that are answered at the same time. Event streams, waits for jobs and large
 /// uploads do not count.
 constexpr std::size_t most_requests = 80;
@@ -140,10 +126,20 @@ class Service {
   void serve_asset(const Asset& asset) {
     const std::string etag =
         '"' + sha256_hex(std::as_bytes(std::span(asset.bytes))).substr(0, 32) + '"';
-    router_.add(
-        "GET", std::string(asset.path),
-        [&asset, etag](const Request& request) { return asset_reply(request, asset, etag); }, {},
-        Router::Access::open);
+    const auto answer = [&asset, etag](const Request& request) {
+      Reply reply{.type = std::string(asset.type),
+                  .headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}}};
+      if (asset.type.starts_with("text/html")) {
+        reply.headers.emplace_back("Content-Security-Policy", page_policy);
+      }
+      if (request.field("if-none-match").find(etag) != std::string::npos) {
+        reply.status = 304;
+      } else {
+        reply.body = std::make_shared<const std::string>(asset.bytes);
+      }
+      return reply;
+    };
+    router_.add("GET", std::string(asset.path), answer, {}, Router::Access::open);
   }
 
   /// Answers /healthz at once, however busy the server is, and refuses connections beyond the
@@ -214,7 +210,7 @@ class Service {
     Request request = from;
     request.arguments = std::move(match.arguments);
     if (match.route->access == Router::Access::guarded) request.sender = guard_.admit(from);
-    return match.route->handler(request);
+    return match.route->answer(request);
   }
 
   const std::shared_ptr<spdlog::logger> log_;

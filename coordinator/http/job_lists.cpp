@@ -114,11 +114,9 @@ json http_result(json result) {
 
 Reply list_jobs(Api& api, const Request& request) {
   msg::ListJobs asked;
-  asked.limit =
-      static_cast<std::uint32_t>(number_parameter(request, "limit", 1, msg::most_listed, 100));
-  asked.before = number_parameter(request, "before", 1, largest_job, 0);
-  asked.offset =
-      static_cast<std::uint32_t>(number_parameter(request, "offset", 0, 1'000'000'000, 0));
+  asked.limit = number_parameter<std::uint32_t>(request, "limit", 1, msg::most_listed, 100);
+  asked.before = number_parameter<JobId>(request, "before", 1, largest_job, 0);
+  asked.offset = number_parameter<std::uint32_t>(request, "offset", 0, 1'000'000'000, 0);
   asked.states = states_in(request);
   asked.user = text_parameter(request, "user");
   asked.name = text_parameter(request, "name");

@@ -4,7 +4,6 @@
 #include <malloc.h>
 
 #include <algorithm>
-#include <bit>
 #include <nlohmann/json.hpp>
 
 #include "common/base/bytes.h"
@@ -49,7 +48,6 @@ std::string version_of(const json& job) {
 /// Returns the bytes as they are sent: little-endian.
 template <typename T>
 std::string_view bytes_of(const std::vector<T>& values) {
-  static_assert(std::endian::native == std::endian::little);
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
@@ -94,8 +92,8 @@ std::shared_ptr<PictureCache::Entry> PictureCache::entry_of(const Key& key) {
 }
 
 /// Removes the thumbnails, or the other files, that were used least recently. Requests that use a
-/// removed file keep it.
-void PictureCache::drop_old(bool thumbnails, const Limits& limits) {
+/// removed file keep it. One of them stays, whatever its size.
+void PictureCache::drop_old(bool thumbnails, std::size_t most_entries, std::size_t most_bytes) {
   const std::scoped_lock lock(mutex_);
   std::vector<std::pair<Time, Key>> by_use;
   std::size_t bytes = 0;
@@ -105,10 +103,10 @@ void PictureCache::drop_old(bool thumbnails, const Limits& limits) {
     bytes += entry->size;
   }
   std::size_t left = by_use.size();
-  if (left <= limits.entries && bytes <= limits.bytes) return;
+  if (left <= most_entries && bytes <= most_bytes) return;
   std::ranges::sort(by_use);
   for (const auto& [used_at, key] : by_use) {
-    if (left <= 1 || (left <= limits.entries && bytes <= limits.bytes)) return;
+    if (left <= 1 || (left <= most_entries && bytes <= most_bytes)) return;
     bytes -= entries_.at(key)->size;
     entries_.erase(key);
     --left;
@@ -146,8 +144,8 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;
     entry->size = small ? picture.thumbnail->size() : picture.file->bytes().size();
-    drop_old(small, small ? Limits{most_thumbnails, most_thumbnail_bytes}
-                          : Limits{most_files, most_file_bytes});
+    drop_old(small, small ? most_thumbnails : most_files,
+             small ? most_thumbnail_bytes : most_file_bytes);
   }
   return picture;
 }
@@ -205,7 +203,7 @@ std::shared_ptr<const FileBody> PictureCache::keep(const fs::path& file) {
   try {
     return std::make_shared<const FileBody>(file, disk_);
   } catch (const Problem&) {
-    drop_old(false, {1, 0});
+    drop_old(false, 1, 0);
     return std::make_shared<const FileBody>(file, disk_);
   }
 }

@@ -80,11 +80,6 @@ class PictureCache {
     std::uint32_t thumbnail_width = 0;
     auto operator<=>(const Key&) const = default;
   };
-  /// Limits of the cached thumbnails, or of all other files.
-  struct Limits {
-    std::size_t entries = 0;
-    std::size_t bytes = 0;
-  };
   struct Entry {
     std::mutex mutex;  ///< guards the members down to `cost`
     File picture;
@@ -104,7 +99,7 @@ class PictureCache {
   static Steps steps_of(const nlohmann::json& job, const Key& key);
   static std::uint64_t memory_of(const nlohmann::json& job, Kind kind, Steps steps);
   std::shared_ptr<Entry> entry_of(const Key& key);
-  void drop_old(bool thumbnails, const Limits& limits);
+  void drop_old(bool thumbnails, std::size_t most_entries, std::size_t most_bytes);
   File make(const Sender& sender, const Key& key, Steps steps);
   File make_map(const Sender& sender, JobId job, Kind kind);
   std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);

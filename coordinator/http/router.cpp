@@ -44,11 +44,11 @@ void check_parameters(const Request& request, const std::vector<std::string_view
 
 }  // namespace
 
-void Router::add(const std::string& method, const std::string& pattern, Handler handler,
+void Router::add(const std::string& method, const std::string& pattern, Answer answer,
                  std::vector<std::string_view> queries, Access access) {
   const std::vector<std::string_view> parts = parts_of(pattern);
   routes_.push_back({method, std::vector<std::string>(parts.begin(), parts.end()),
-                     std::move(handler), std::move(queries), access});
+                     std::move(answer), std::move(queries), access});
 }
 
 std::vector<Router::Match> Router::closest(const std::string& path) const {
@@ -94,12 +94,6 @@ std::uint64_t whole_number(const std::string& name, const std::string& text, std
                   2);
   }
   return *value;
-}
-
-std::uint64_t number_parameter(const Request& request, const std::string& name, std::uint64_t least,
-                               std::uint64_t most, std::uint64_t fallback) {
-  const auto found = request.query.find(name);
-  return found == request.query.end() ? fallback : whole_number(name, found->second, least, most);
 }
 
 }  // namespace parray::http

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,9 +12,6 @@ namespace parray::http {
 /// Finds the function that answers a request.
 class Router {
  public:
-  /// Answers a request, which has the arguments of its Match.
-  using Handler = std::function<Reply(const Request&)>;
-
   /// Which requests the caller of find() may answer: those that Guard::admit() admits, or all.
   enum class Access : std::uint8_t { guarded, open };
 
@@ -23,13 +19,13 @@ class Router {
   /// without '/' that is not empty. If several patterns fit a path, those with the fewest braces
   /// win. `queries`: names of the permitted query parameters; string literals. GET also answers
   /// HEAD.
-  void add(const std::string& method, const std::string& pattern, Handler handler,
+  void add(const std::string& method, const std::string& pattern, Answer answer,
            std::vector<std::string_view> queries = {}, Access access = Access::guarded);
 
   struct Route {
     std::string method;
     std::vector<std::string> parts;  ///< of the pattern, between '/'
-    Handler handler;
+    Answer answer;
     std::vector<std::string_view> queries;
     Access access;
   };
@@ -55,7 +51,12 @@ std::uint64_t whole_number(const std::string& name, const std::string& text, std
                            std::uint64_t most);
 /// Returns the value of the query parameter `name`, or `fallback` if it is missing. Throws Problem
 /// 400.
-std::uint64_t number_parameter(const Request& request, const std::string& name, std::uint64_t least,
-                               std::uint64_t most, std::uint64_t fallback);
+template <typename Number>
+Number number_parameter(const Request& request, const std::string& name, Number least, Number most,
+                        Number fallback) {
+  const auto found = request.query.find(name);
+  if (found == request.query.end()) return fallback;
+  return static_cast<Number>(whole_number(name, found->second, least, most));
+}
 
 }  // namespace parray::http

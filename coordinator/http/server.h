@@ -51,8 +51,6 @@ class HandlerPool {
 /// the coordinator's loop, have separate threads, too.
 class Server {
  public:
-  using Answer = std::function<Reply(const Request&)>;
-
   /// `address`: HOST:PORT; port 0 selects a free port. `threads`: limit of threads for requests
   /// with small bodies or none. `answer` returns the answer to a request. Any thread calls it, and
   /// `callbacks.answered`, which gets the status of each answer. Throws InputError if `address` is

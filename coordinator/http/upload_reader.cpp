@@ -408,11 +408,26 @@ void UploadReader::run(const Received& received, std::vector<std::string> before
                        const char* command, std::size_t more_seconds) const {
   std::vector<std::string> words = std::move(before);
   words.insert(words.end(), {command, received.scene});
-  words.insert(words.end(), received.options.words.begin(), received.options.words.end());
+  const std::vector<std::string>& options = received.options.words;
+  words.insert(words.end(), options.begin(), options.end());
   ChildLimits limits = limits_.child;
   limits.seconds += more_seconds;
   const ChildEnd end = runner_.run(words, received.files, limits);
-  if (end.status != 0) fail(end, limits, received.options.words);
+  if (end.status == 0) return;
+  std::error_code ignored;
+  constexpr std::uintmax_t too_little = 1 << 16;  // for its message
+  if (end.message.empty() && fs::space(directory_, ignored).available < too_little) fail_storing();
+  if (end.timed_out) throw Problem(422, time_limit_message(end, limits), 2);
+  if (end.status == 2) throw Problem(422, message_about_options(end.message, options), 2);
+  const bool says_so = end.message == "out of memory" || end.message.starts_with("libgomp");
+  if (end.status == 1 && !says_so && !end.message.empty()) throw Problem(500, end.message, 1);
+  throw Problem(422,
+                fmt::format("{} {:g} GiB of memory, the limit of this server: send a smaller "
+                            "scene, or raise --http-scene-memory of parray-coordinator",
+                            says_so ? "reading the scene took more than"
+                                    : "reading the scene ended abruptly. It may need more than",
+                            static_cast<double>(limits.memory) * 0x1p-30),
+                2);
 }
 
 /// Reads the message `submit` with that number of the present batch.
@@ -434,24 +449,6 @@ Upload UploadReader::read_job(const fs::path& made, std::size_t number) const {
     throw RunError(std::string("the output of the scene reader cannot be read: ") + error.what());
   }
   return upload;
-}
-
-void UploadReader::fail(const ChildEnd& end, const ChildLimits& limits,
-                        const std::vector<std::string>& words) const {
-  std::error_code ignored;
-  constexpr std::uintmax_t too_little = 1 << 16;  // for its message
-  if (end.message.empty() && fs::space(directory_, ignored).available < too_little) fail_storing();
-  if (end.timed_out) throw Problem(422, time_limit_message(end, limits), 2);
-  if (end.status == 2) throw Problem(422, message_about_options(end.message, words), 2);
-  const bool says_so = end.message == "out of memory" || end.message.starts_with("libgomp");
-  if (end.status == 1 && !says_so && !end.message.empty()) throw Problem(500, end.message, 1);
-  throw Problem(422,
-                fmt::format("{} {:g} GiB of memory, the limit of this server: send a smaller "
-                            "scene, or raise --http-scene-memory of parray-coordinator",
-                            says_so ? "reading the scene took more than"
-                                    : "reading the scene ended abruptly. It may need more than",
-                            static_cast<double>(limits.memory) * 0x1p-30),
-                2);
 }
 
 }  // namespace parray::http

@@ -88,8 +88,6 @@ class UploadReader {
   void run(const Received& received, std::vector<std::string> before, const char* command,
            std::size_t more_seconds) const;
   Upload read_job(const std::filesystem::path& made, std::size_t number) const;
-  [[noreturn]] void fail(const ChildEnd& end, const ChildLimits& limits,
-                         const std::vector<std::string>& words) const;
 
   const ChildRunner& runner_;
   Places uploads_{"uploads", {.inside = most_uploads, .one_inside = 16}};

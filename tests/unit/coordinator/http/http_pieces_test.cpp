@@ -78,7 +78,7 @@ Router sample_router() {
 std::string answered(const Router& router, Request asked) {
   const Router::Match match = router.find(asked);
   asked.arguments = match.arguments;
-  return *match.route->handler(asked).body;
+  return *match.route->answer(asked).body;
 }
 
 TEST_CASE("the router finds the handler of a method and a path") {
