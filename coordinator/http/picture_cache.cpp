@@ -22,7 +22,7 @@ using nlohmann::json;
 using Kind = PictureCache::Kind;
 
 /// Child processes that make pictures are trusted. Their limits only end processes that hang.
-constexpr Time patience = seconds(20);
+constexpr Time memory_patience = seconds(20);
 constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
 // Limits of the cache. The latest file stays in it, whatever its size.
 constexpr std::size_t most_files = 32;
@@ -134,7 +134,7 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
     const Steps steps = steps_of(shown, key);
     const auto needed = memory_of(shown, kind, steps);
     {
-      const auto held = memory_.hold(needed, patience, "another picture");
+      const auto held = memory_.hold(needed, memory_patience, "another picture");
       picture = is_work_map(kind) ? make_map(sender, job, kind) : make(sender, key, steps);
     }
     // Returns freed memory to the system: the C library keeps it in each thread's arena.

@@ -161,12 +161,12 @@ void Webhooks::run() {
 }
 
 void Webhooks::deliver_due(Time now) {
-  constexpr std::size_t most_at_once = 50;  // jobs per round
+  constexpr std::size_t most_due = 50;  // jobs per round
   std::map<JobId, Hook> due;
   {
     const std::scoped_lock lock(mutex_);
     for (const auto& [job, hook] : hooks_) {
-      if (hook.next_at <= now && due.size() < most_at_once) due.emplace(job, hook);
+      if (hook.next_at <= now && due.size() < most_due) due.emplace(job, hook);
     }
   }
   for (auto& [job, hook] : due) {
