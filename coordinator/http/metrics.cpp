@@ -178,7 +178,7 @@ std::string metrics_text(const json& farm) {
   }
   text.single("parray_storage_blocked",
               "1 while jobs cannot be stored, because the disk is full or the standby is missing",
-              farm.at("storage") == "" ? 0 : 1);
+              farm.at("storage").get<std::string>().empty() ? 0 : 1);
   add_process(text);
   return text.take();
 }

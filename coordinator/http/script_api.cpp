@@ -43,6 +43,7 @@ Reply frames_zip(Api& api, const Request& request) {
                     series, series));
   }
   std::vector<ZipStream::Member> members;
+  members.reserve(frames.size());
   for (const auto& [frame, frame_job] : frames) {
     members.push_back({fmt::format("frame-{:04}.png", frame),
                        [&api, job = frame_job, sender = request.sender, owner = owner_of(request)] {

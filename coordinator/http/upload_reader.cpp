@@ -80,8 +80,9 @@ std::string option_named(const std::string& name) {
 /// Returns the value as it stands on the command line.
 std::string text_of_value(const std::string& name, const json& value) {
   if (value.is_string()) {
-    if (value == "") fail_option(name, "use a string that is not empty");
-    return value.get<std::string>();
+    auto given = value.get<std::string>();
+    if (given.empty()) fail_option(name, "use a string that is not empty");
+    return given;
   }
   if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
   if (value.is_number()) return whole_in(value) ? std::to_string(*whole_in(value)) : value.dump();
