@@ -114,7 +114,7 @@ class ConnectionManager {
   const HandOver hand_over_;
   std::atomic<bool> stopped_ = false;
   std::mutex mutex_;                                         // guards returned_
-  std::vector<std::pair<SharedConnection, bool>> returned_;  ///< by give_back()
+  std::vector<std::pair<SharedConnection, bool>> returned_;  ///< with `keep`
   // Used by the manager's thread only.
   Seats seats_;
   std::map<ConnectionId, Entry> entries_;
