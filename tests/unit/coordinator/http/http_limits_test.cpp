@@ -8,9 +8,9 @@
 
 #include "common/base/error.h"
 #include "coordinator/http/budget.h"
-#include "coordinator/http/framing.h"
-#include "coordinator/http/exchange.h"
 #include "coordinator/http/connection.h"
+#include "coordinator/http/exchange.h"
+#include "coordinator/http/framing.h"
 #include "coordinator/http/places.h"
 #include "coordinator/http/seats.h"
 #include "coordinator/http/turns.h"
