@@ -70,6 +70,11 @@ Option number(CommandLine& line, const char* names, Number& target,
   return line.number(names, target, least, most, text).show_default();
 }
 
+/// Declares an option whose value is a directory.
+Option directory(CommandLine& line, const char* names, std::string& target, const char* text) {
+  return line.option(names, target, text).type_name("DIR").completes(Completes::directories);
+}
+
 void declare_http(CommandLine& line, Arguments& a) {
   line.section("HTTP");
   const Option http =
@@ -131,11 +136,9 @@ void declare_limits(CommandLine& line, Arguments& a) {
 void declare_state(CommandLine& line, Arguments& a) {
   line.section("State");
   const Option state =
-      line.option("--state", a.state.state,
-                  "Directory for jobs, results and pictures, from which a restarted coordinator "
-                  "continues; without it they end with the process")
-          .type_name("DIR")
-          .completes(Completes::directories);
+      directory(line, "--state", a.state.state,
+                "Directory for jobs, results and pictures, from which a restarted coordinator "
+                "continues; without it they end with the process");
   line.section("State", state);
   line.flag("--wait", a.state.wait,
             "While another coordinator uses --state, wait; serve as soon as that has ended");
@@ -163,17 +166,12 @@ void declare_state(CommandLine& line, Arguments& a) {
 
 void declare_tools(CommandLine& line, Arguments& a) {
   line.section("Instead of serving");
-  line.option("--check", a.check,
-              "Read the state below DIR, print one line for each damage, and exit with status 1 if "
-              "there is any. Changes nothing; no coordinator may serve the state meanwhile")
-      .type_name("DIR")
-      .completes(Completes::directories);
-  line.option(
-          "--repair", a.repair,
-          "Repair the state below DIR: rebuild a lost or damaged database from other files, and "
-          "print repairs and losses. Replaced files move to DIR/lost")
-      .type_name("DIR")
-      .completes(Completes::directories);
+  directory(line, "--check", a.check,
+            "Read the state below DIR, print one line for each damage, and exit with status 1 if "
+            "there is any. Changes nothing; no coordinator may serve the state meanwhile");
+  directory(line, "--repair", a.repair,
+            "Repair the state below DIR: rebuild a lost or damaged database from other files, and "
+            "print repairs and losses. Replaced files move to DIR/lost");
   line.option(
           "--backup", a.backup,
           "Copy the state below DIR to the new directory TARGET. A coordinator may be serving the "
@@ -188,10 +186,8 @@ void declare_options(CommandLine& line, Arguments& a) {
               "Address to serve: tcp://ADDRESS:PORT (port * for a free one)")
       .type_name("ADDRESS")
       .show_default();
-  line.option("--keys", a.keys,
-              "Directory of the farm's keys (parray keygen): accept only peers with these keys")
-      .type_name("DIR")
-      .completes(Completes::directories)
+  directory(line, "--keys", a.keys,
+            "Directory of the farm's keys (parray keygen): accept only peers with these keys")
       .environment("PARRAY_KEYS");
   line.flag("--insecure", a.insecure,
             "Serve other machines without keys: anyone there can send jobs and pose as a worker");
@@ -301,22 +297,20 @@ std::string worker_address(const std::string& endpoint, const std::vector<std::s
   return endpoint;
 }
 
-/// Starts the HTTP service. Returns null without --http.
-std::unique_ptr<http::HttpService> make_http_service(Arguments& a, InprocHub& hub,
-                                                     const std::string& endpoint,
-                                                     const std::shared_ptr<spdlog::logger>& log) {
-  if (a.http.address.empty()) return nullptr;
+/// Starts the HTTP service. Does nothing without --http.
+http::HttpService start_http(Arguments& a, InprocHub& hub, const std::string& endpoint,
+                             const std::shared_ptr<spdlog::logger>& log) {
+  if (a.http.address.empty()) return {};
   a.http.worker_address = worker_address(endpoint, a.http.hosts);
   a.http.keys = a.keys;
   a.http.state = a.state.state;
   a.http.requests = a.options.limits.requests;
   a.http.uploads.body_bytes = static_cast<std::uint64_t>(a.http_body_mib * 0x1p20);
   a.http.uploads.child.memory = static_cast<std::uint64_t>(a.http_scene_gib * 0x1p30);
-  auto service = std::make_unique<http::HttpService>(a.http, hub, log);
-  service->start();
-  log->info("HTTP is served at http://{}", service->address());
+  http::HttpService service = http::serve_http(a.http, hub, log);
+  log->info("HTTP is served at http://{}", service.address);
   if (a.keys.empty() && !is_loopback("tcp://" + a.http.address)) {
-    log->warn("--insecure: anyone who reaches {} can send and stop jobs", service->address());
+    log->warn("--insecure: anyone who reaches {} can send and stop jobs", service.address);
   }
   return service;
 }
@@ -374,7 +368,7 @@ void serve_jobs(Arguments& a, StateOwner& state, const std::shared_ptr<spdlog::l
   std::cout << server.endpoint() << std::endl;
   InprocHub hub([&server] { server.link().wake(); });
   MergedLink link(server.link(), hub.coordinator());
-  const auto service = make_http_service(a, hub, server.endpoint(), log);
+  const auto service = start_http(a, hub, server.endpoint(), log);
   KeyWatch key_watch(a.keys, log);
   DescriptorWatch descriptors(*log);
   run_actor(coordinator, link, clock, [&](Time now) {

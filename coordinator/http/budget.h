@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <string>
 
@@ -18,20 +19,8 @@ class Budget {
   explicit Budget(std::uint64_t most) : most_(most) {}
   Budget& operator=(Budget&&) = delete;
 
-  /// Holds bytes of the budget during its lifetime. Made by hold().
-  class Hold {
-   public:
-    ~Hold();
-    Hold(Hold&& other) noexcept;
-    Hold& operator=(Hold&&) = delete;
-
-   private:
-    friend Budget;
-    Hold(Budget& budget, std::uint64_t bytes) : budget_(&budget), bytes_(bytes) {}
-
-    Budget* budget_;
-    std::uint64_t bytes_;
-  };
+  /// Holds bytes of the budget until its last copy is destroyed.
+  using Hold = std::shared_ptr<const void>;
 
   /// Waits up to `patience` until `bytes` are free. Throws Problem 503 if they are not. `what`:
   /// what the bytes are for, in the message "the server has no room for `what` now": "another
@@ -39,9 +28,6 @@ class Budget {
   Hold hold(std::uint64_t bytes, Time patience, const std::string& what);
 
  private:
-  [[nodiscard]] bool has_room(std::uint64_t bytes) const;
-  void give_back(std::uint64_t bytes);
-
   const std::uint64_t most_;
   std::mutex mutex_;  // guards the fields below
   std::condition_variable changed_;

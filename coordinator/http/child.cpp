@@ -1,7 +1,6 @@
 #include "coordinator/http/child.h"
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <csignal>
@@ -15,15 +14,6 @@ namespace parray::http {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path find_child() {
-  fs::path program = helper_program("parray-http-child");
-  if (!executable(program)) {
-    throw RunError("--http: " + program.string() +
-                   " is missing: install the package parray, or install ParRay again");
-  }
-  return program;
-}
 
 std::string last_line(const fs::path& file) {
   std::ifstream in(file);
@@ -45,7 +35,12 @@ OwnedPath work_directory(const fs::path& parent) {
   return OwnedPath(std::move(path));
 }
 
-ChildRunner::ChildRunner() : program_(find_child()) {}
+ChildRunner::ChildRunner() : program_(helper_program("parray-http-child")) {
+  if (!executable(program_)) {
+    throw RunError("--http: " + program_.string() +
+                   " is missing: install the package parray, or install ParRay again");
+  }
+}
 
 ChildEnd ChildRunner::run(const std::vector<std::string>& wanted, const fs::path& directory,
                           const ChildLimits& limits) const {

@@ -2,20 +2,73 @@
 
 #include <sys/types.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "coordinator/http/file_body.h"
-#include "coordinator/http/pace.h"
 #include "coordinator/http/seats.h"
+#include "proto/clock.h"
 
 namespace parray::http {
 
 /// Tells a client that waits with its body to send it (RFC 9110, section 15.2.1).
 inline constexpr std::string_view continue_line = "HTTP/1.1 100 Continue\r\n\r\n";
+
+/// Limits how long the peer of a connection may delay the transfer of bytes. It is an
+/// allowance of time: waiting spends it, and transferred bytes restore it, up to `patience`. A peer
+/// that stays slower than `rate` exhausts it, however evenly its bytes arrive.
+class Pace {
+ public:
+  /// `rate`: bytes per second, > 0. Both directions of every connection must keep the default.
+  explicit Pace(Time patience = seconds(10), double rate = 32768)
+      : patience_(patience), rate_(rate), left_(patience) {}
+
+  /// Subtracts time that passed without a transfer.
+  void waited(Time time) { left_ -= time; }
+  /// Adds the time that `bytes` take at `rate`.
+  void moved(std::size_t bytes) {
+    const double earned = static_cast<double>(bytes) / rate_;
+    if (earned >= to_seconds(patience_ - left_)) {
+      left_ = patience_;
+    } else {
+      left_ += from_seconds(earned);
+    }
+  }
+  /// Restores the full allowance.
+  void restart() { left_ = patience_; }
+
+  /// Returns the time that is left, >= 0.
+  [[nodiscard]] Time left() const { return std::max(left_, Time(0)); }
+  /// Returns whether no time is left.
+  [[nodiscard]] bool over() const { return left_ <= Time(0); }
+
+ private:
+  Time patience_;
+  double rate_;
+  Time left_;
+};
+
+/// A listening, non-blocking socket. The owner closes it.
+struct Listener {
+  int socket = -1;
+  int port = 0;  ///< the bound port
+};
+/// Binds and listens. `port` 0 selects a free port. Returns nothing if the address cannot be bound.
+std::optional<Listener> listen_at(const std::string& host, int port);
+
+/// A new connection.
+struct Arrival {
+  int socket = -1;      ///< non-blocking
+  std::string address;  ///< numeric IP address of the client
+};
+/// Accepts a connection. Returns nothing if none waits (errno EAGAIN) or accepting failed (other
+/// errno).
+std::optional<Arrival> accept_at(int listener);
 
 /// One client connection: the socket, the received bytes that were not used yet, and the bytes to
 /// be sent. One thread at a time owns the connection. Other threads may only call cut().
@@ -85,5 +138,7 @@ class Connection {
   std::deque<Piece> output_;
   std::size_t output_memory_ = 0;
 };
+
+using SharedConnection = std::shared_ptr<Connection>;
 
 }  // namespace parray::http

@@ -12,8 +12,6 @@
 #include <utility>
 
 #include "common/base/error.h"
-#include "coordinator/http/conversation.h"
-#include "coordinator/http/listener.h"
 
 namespace parray::http {
 namespace {
@@ -31,22 +29,15 @@ constexpr Time drain_pause = seconds(1);
 constexpr Time drain_time = seconds(10);
 constexpr std::size_t most_drained = std::size_t{1} << 24;
 
-std::string head_text(const Reply& reply, bool keep) {
-  std::string text = "HTTP/1.1 " + std::to_string(reply.status) + " " +
-                     std::string(reason_of(reply.status)) + "\r\n";
-  for (const auto& [name, value] : fields_of(reply)) text += name + ": " + value + "\r\n";
-  text += "Content-Type: " + reply.type +
-          "\r\nContent-Length: " + std::to_string(reply.body->size()) + "\r\n";
-  return text + (keep ? "\r\n" : "Connection: close\r\n\r\n");
-}
-
 }  // namespace
 
-ConnectionManager::ConnectionManager(int listener, SeatLimits limits, Callbacks callbacks)
+ConnectionManager::ConnectionManager(int listener, SeatLimits limits, Callbacks callbacks,
+                                     HandOver hand_over)
     : listener_(listener),
       wake_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
       poll_(epoll_create1(EPOLL_CLOEXEC)),
       callbacks_(std::move(callbacks)),
+      hand_over_(std::move(hand_over)),
       seats_(limits),
       next_id_(first_id) {
   epoll_event wake{EPOLLIN, {.u64 = wake_id}};
@@ -75,7 +66,7 @@ void ConnectionManager::stop() {
 void ConnectionManager::give_back(SharedConnection connection, bool keep) {
   {
     const std::scoped_lock lock(mutex_);
-    returned_.push_back({std::move(connection), keep});
+    returned_.emplace_back(std::move(connection), keep);
   }
   eventfd_write(wake_, 1);
 }
@@ -124,12 +115,8 @@ void ConnectionManager::accept_all(Time now) {
   constexpr int most = 64;  // per call, so that open connections get their turn
   for (int i = 0; i < most; ++i) {
     std::optional<Arrival> arrival = accept_at(listener_);
-    if (arrival) {
-      add_connection(now, arrival->socket, std::move(arrival->address));
-    } else {
-      const bool exhausted =
-          errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
-      if (exhausted) {
+    if (!arrival) {
+      if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
         callbacks_.warn(
             "HTTP: new connections wait: no file descriptors or memory are left: raise ulimit -n, "
             "or lower --http-connections");
@@ -137,6 +124,7 @@ void ConnectionManager::accept_all(Time now) {
       }
       return;
     }
+    add_connection(now, arrival->socket, std::move(arrival->address));
   }
 }
 
@@ -151,7 +139,7 @@ void ConnectionManager::add_connection(Time now, int socket, std::string address
   }
   if (admission.displaced) remove(*admission.displaced);
   if (admission.displaced == id) return;
-  Entry& entry = entries_.emplace(id, Entry{connection, default_pace()}).first->second;
+  Entry& entry = entries_.emplace(id, Entry{connection}).first->second;
   entry.reserve = admission.reserve;
   watch(id, entry, EPOLLIN);
   if (receive(now, id, entry)) proceed(now, id);  // a request is often here already
@@ -160,7 +148,7 @@ void ConnectionManager::add_connection(Time now, int socket, std::string address
 void ConnectionManager::take_back(Time now) {
   eventfd_t ignored = 0;
   eventfd_read(wake_, &ignored);
-  std::vector<Returned> returned;
+  decltype(returned_) returned;
   {
     const std::scoped_lock lock(mutex_);
     returned = std::exchange(returned_, {});
@@ -295,26 +283,30 @@ void ConnectionManager::dispatch(ConnectionId id, Entry& entry) {
     entry.keep = entry.keep && !head.has_body();
     entry.connection->consume(head.bytes);
     recount(entry, entry.connection->input().size());
-    callbacks_.answered(reply->status);
-    entry.connection->put(head_text(*reply, entry.keep));
-    if (head.method != "HEAD") entry.connection->put(*reply->body);
-    entry.pace.restart();
-    entry.phase = Phase::writing;
+    put_answer(entry, *reply, head.method != "HEAD");
     return;
   }
   watch(id, entry, 0);
   recount(entry, 0);
   entry.phase = Phase::answered_elsewhere;
-  callbacks_.hand_over(entry.connection, head);
+  hand_over_(entry.connection, head);
 }
 
 void ConnectionManager::refuse(Entry& entry, const Problem& problem) {
-  const Reply reply = problem_reply(problem);
-  callbacks_.answered(reply.status);
   seats_.has_asked(entry.connection->id());
   entry.keep = false;
-  entry.connection->put(head_text(reply, false));
-  entry.connection->put(*reply.body);
+  put_answer(entry, problem_reply(problem), true);
+}
+
+void ConnectionManager::put_answer(Entry& entry, const Reply& reply, bool with_body) {
+  std::string head = "HTTP/1.1 " + std::to_string(reply.status) + " " +
+                     std::string(reason_of(reply.status)) + "\r\n";
+  for (const auto& [name, value] : fields_of(reply)) head += name + ": " + value + "\r\n";
+  head += "Content-Type: " + reply.type +
+          "\r\nContent-Length: " + std::to_string(reply.body->size()) + "\r\n";
+  callbacks_.answered(reply.status);
+  entry.connection->put(head + (entry.keep ? "\r\n" : "Connection: close\r\n\r\n"));
+  if (with_body) entry.connection->put(*reply.body);
   entry.pace.restart();
   entry.phase = Phase::writing;
 }

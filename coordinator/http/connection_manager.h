@@ -3,17 +3,16 @@
 #include <atomic>
 #include <functional>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
-#include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/connection.h"
 #include "coordinator/http/exchange.h"
-#include "coordinator/http/request_head.h"
+#include "coordinator/http/framing.h"
 #include "coordinator/http/seats.h"
 
 namespace parray::http {
@@ -24,18 +23,13 @@ namespace parray::http {
 /// request is being answered.
 class ConnectionManager {
  public:
-  using SharedConnection = std::shared_ptr<Connection>;
-
   struct Callbacks {
-    /// Returns a reply to send at once, or nothing if the request goes to hand_over. Called by the
+    /// Returns a reply to send at once, or nothing if the request is handed over. Called by the
     /// manager's thread; must not block. `reserve`: the connection is one of SeatLimits::reserve,
     /// because no regular one was free.
     std::function<std::optional<Reply>(const RequestHead&, const std::string& address,
                                        bool reserve)>
         answer_early;
-    /// Takes over a connection with a request until give_back(). Must not block. The request is
-    /// complete unless its body is large, or the client has stopped sending.
-    std::function<void(SharedConnection, const RequestHead&)> hand_over;
     /// Logs a warning about connections that wait, or were refused or closed. Called by the
     /// manager's thread.
     std::function<void(const std::string&)> warn;
@@ -44,9 +38,13 @@ class ConnectionManager {
     std::function<void(int)> answered;
   };
 
+  /// Takes over a connection with a request until give_back(). Must not block. The request is
+  /// complete unless its body is large, or the client has stopped sending.
+  using HandOver = std::function<void(SharedConnection, const RequestHead&)>;
+
   /// Takes over `listener`, a listening socket. Throws RunError if the system lacks descriptors or
   /// memory.
-  ConnectionManager(int listener, SeatLimits limits, Callbacks callbacks);
+  ConnectionManager(int listener, SeatLimits limits, Callbacks callbacks, HandOver hand_over);
   /// Closes all connections.
   ~ConnectionManager();
   ConnectionManager& operator=(ConnectionManager&&) = delete;
@@ -68,7 +66,7 @@ class ConnectionManager {
   enum class Phase : std::uint8_t { reading, answered_elsewhere, writing, draining };
   struct Entry {
     SharedConnection connection;
-    Pace pace;
+    Pace pace{};
     bool reserve = false;
     Phase phase = Phase::reading;
     std::uint32_t watched = 0;  ///< epoll events that are reported; 0: none
@@ -86,10 +84,6 @@ class ConnectionManager {
     Time drain_end{};                   ///< phase draining: latest end
     std::size_t drained = 0;            ///< phase draining: bytes dropped
   };
-  struct Returned {
-    SharedConnection connection;
-    bool keep;
-  };
 
   void run();
   void accept_all(Time now);
@@ -104,6 +98,7 @@ class ConnectionManager {
   static bool awaits_body(Entry& entry);
   void dispatch(ConnectionId id, Entry& entry);
   void refuse(Entry& entry, const Problem& problem);
+  void put_answer(Entry& entry, const Reply& reply, bool with_body);
   bool write(Time now, ConnectionId id, Entry& entry);
   void remove(ConnectionId id);
   void remove_late(Time now);
@@ -116,9 +111,10 @@ class ConnectionManager {
   const int wake_;
   const int poll_;
   const Callbacks callbacks_;
+  const HandOver hand_over_;
   std::atomic<bool> stopped_ = false;
-  std::mutex mutex_;  // guards returned_
-  std::vector<Returned> returned_;
+  std::mutex mutex_;                                         // guards returned_
+  std::vector<std::pair<SharedConnection, bool>> returned_;  ///< with `keep`
   // Used by the manager's thread only.
   Seats seats_;
   std::map<ConnectionId, Entry> entries_;

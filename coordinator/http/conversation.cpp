@@ -1,20 +1,19 @@
 #include "coordinator/http/conversation.h"
 
+#include <fmt/format.h>
 #include <httplib.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "common/base/printable.h"
 #include "common/base/text.h"
-#include "coordinator/http/chunk_decoder.h"
-#include "coordinator/http/request_head.h"
+#include "coordinator/http/framing.h"
 
 namespace parray::http {
 namespace {
@@ -51,7 +50,7 @@ class LimitedStream final : public httplib::Stream {
     if (text_.size() > used_) return take_text(bytes, size);
     try {
       if (chunked_) return next_chunk() ? take_text(bytes, size) : -1;
-      await_input();
+      if (connection_.input().empty()) await_input();
     } catch (const Problem& problem) {
       problem_ = problem;
       return -1;
@@ -107,28 +106,18 @@ class LimitedStream final : public httplib::Stream {
     while (!chunks_.done()) {
       const ChunkDecoder::Step step = chunks_.step(connection_.input());
       used_ = 0;
-      text_ = chunks_.done() ? "0\r\n\r\n" : chunk_of(step.data);
+      text_ = chunks_.done()      ? "0\r\n\r\n"
+              : step.data.empty() ? ""
+                                  : fmt::format("{:x}\r\n{}\r\n", step.data.size(), step.data);
       connection_.consume(step.used);
       if (!text_.empty()) return true;
-      if (step.used == 0) await_more_input();
+      if (step.used == 0) await_input();
     }
     return false;
   }
 
-  static std::string chunk_of(std::string_view data) {
-    if (data.empty()) return "";
-    std::array<char, 16> digits{};
-    char* const end =
-        std::to_chars(digits.data(), digits.data() + digits.size(), data.size(), 16).ptr;
-    return std::string(digits.data(), end) + "\r\n" + std::string(data) + "\r\n";
-  }
-
+  /// Throws Problem if no more input arrives.
   void await_input() {
-    if (connection_.input().empty()) await_more_input();
-  }
-
-  /// Throws Problem if no input arrives.
-  void await_more_input() {
     constexpr std::size_t most = std::size_t{1} << 16;
     if (std::exchange(sends_continue_, false)) connection_.put(continue_line);
     const bool sent = !connection_.has_output() || connection_.await_flush(send_pace_);
@@ -139,8 +128,8 @@ class LimitedStream final : public httplib::Stream {
   }
 
   Connection& connection_;
-  Pace read_pace_ = default_pace();
-  Pace send_pace_ = default_pace();
+  Pace read_pace_;
+  Pace send_pace_;
   std::shared_ptr<const FileBody> file_;
   std::string text_;      ///< read next: the head, then a chunk
   std::size_t used_ = 0;  ///< bytes of text_ that were read
@@ -183,21 +172,6 @@ bool discard_body(const httplib::Request& request, const httplib::ContentReader&
              : reader(discard);
 }
 
-/// Sends the body and then reports failure, which is the only way to make the library close the
-/// connection.
-void send_and_close(httplib::Response& response) {
-  const std::string body = std::exchange(response.body, {});
-  const std::string type = response.get_header_value("Content-Type");
-  response.headers.erase("Content-Type");
-  response.set_header("Connection", "close");
-  response.set_content_provider(
-      body.size(), type,
-      [body](std::size_t /*offset*/, std::size_t /*length*/, httplib::DataSink& sink) {
-        sink.write(body.data(), body.size());
-        return false;
-      });
-}
-
 /// Returns the problem for a request that the library rejected itself: invalid, or with an unknown
 /// method.
 Problem library_problem(const httplib::Request& request, int status) {
@@ -238,29 +212,12 @@ void lower_form_type(httplib::Request& request) {
 /// The library's server without sockets.
 class Engine final : public httplib::Server {
  public:
-  Engine(const std::function<Reply(const Request&)>& answer, std::function<void(int)> answered)
-      : answer_(answer) {
+  Engine(Answer answer, std::function<void(int)> answered) : answer_(std::move(answer)) {
     svr_sock_ = 0;  // the library treats an invalid socket as a stopped server
     set_logger([answered = std::move(answered)](const httplib::Request& /*request*/,
                                                 const httplib::Response& response) {
       answered(response.status);
     });
-    configure();
-  }
-
-  /// Answers one request. `whole`: the body arrived together with the head. Returns false if the
-  /// connection must be closed.
-  bool converse(LimitedStream& stream, const RequestHead& head, bool whole) {
-    stream_ = &stream;
-    head_ = &head;
-    is_whole_ = whole;
-    bool closed = false;
-    const bool answered = process_request(stream, false, closed, nullptr);
-    return answered && !closed && !stream.failed();
-  }
-
- private:
-  void configure() {
     set_keep_alive_max_count(1000);
     set_keep_alive_timeout(static_cast<time_t>(SeatLimits{}.idle_time / seconds(1)));
     // Requests without a body are answered before the library looks for one.
@@ -286,15 +243,29 @@ class Engine final : public httplib::Server {
     // Requests that the library rejects have no error document yet.
     set_error_handler([this](const httplib::Request& request, httplib::Response& response) {
       if (!response.body.empty() || response.content_provider_ || response.status < 400) return;
-      send_reply(response, problem_reply(library_problem(request, response.status)));
-      send_and_close(response);  // the next request begins at an unknown byte
+      // The next request begins at an unknown byte.
+      send_last(response, problem_reply(library_problem(request, response.status)));
     });
   }
 
+  /// Answers one request. Returns false if the connection must be closed.
+  bool converse(Connection& connection) {
+    const std::string_view input = connection.input();
+    const RequestHead head = parse_head(input.substr(0, end_of_head(input, 0).value_or(0)));
+    LimitedStream stream(connection, head);
+    stream_ = &stream;
+    head_ = &head;
+    is_whole_ = connection.is_whole();
+    bool closed = false;
+    const bool answered = process_request(stream, false, closed, nullptr);
+    return answered && !closed && !stream.failed();
+  }
+
+ private:
   void serve(const httplib::Request& from, httplib::Response& response,
              const httplib::ContentReader* reader) {
-    // Ranges are ignored: no client needs them, and the library's code for them is not checked
-    // here.
+    // Ranges are ignored: no client needs them, and nothing here checks the library's code for
+    // them.
     const_cast<httplib::Request&>(from).ranges.clear();
     permit_only_gzip(const_cast<httplib::Request&>(from));
     lower_form_type(const_cast<httplib::Request&>(from));
@@ -304,32 +275,21 @@ class Engine final : public httplib::Server {
       const_cast<httplib::Request&>(from).method = "GET";  // so that the library closes
       const Reply reply = answer_(request_of(from, nullptr, whole));
       const bool refused = reply.status >= 400;
-      send_reply(response, refused ? reply
-                                   : problem_reply(Problem(
-                                         400, "this method does not take a body: send none")));
-      send_and_close(response);
-      return;
+      if (refused) return send_last(response, reply);
+      return send_last(response,
+                       problem_reply(Problem(400, "this method does not take a body: send none")));
     }
     // The answer to DELETE has no content, so it could not make the client stop sending.
     if (had_body && from.method == "DELETE") {
       whole = is_whole_ && reader != nullptr && discard_body(from, *reader);
       if (!whole) {
         const Problem problem(413, "this request does not take a body: send none");
-        send_reply(response, problem_reply(problem));
-        send_and_close(response);
-        return;
+        return send_last(response, problem_reply(problem));
       }
     }
-    bool asked = false;
-    Request request = request_of(from, reader, whole);
-    request.read_body = [&asked, read = request.read_body](BodySink& sink, bool form) {
-      asked = true;
-      read(sink, form);
-    };
-    const Reply reply = answer_(request);
-    if (!whole && !asked && is_whole_ && reader != nullptr) whole = discard_body(from, *reader);
-    send_reply(response, reply);
-    if (!whole) send_and_close(response);
+    const Reply reply = answer_(request_of(from, reader, whole));
+    if (!whole && !asked_ && is_whole_ && reader != nullptr) whole = discard_body(from, *reader);
+    return whole ? send_reply(response, reply) : send_last(response, reply);
   }
 
   /// Converts the library's request. Reading its body sets `whole` if no byte is left to read.
@@ -338,11 +298,13 @@ class Engine final : public httplib::Server {
     Request request;
     request.method = from.method;
     request.path = from.path;
-    for (const auto& [name, value] : from.params) request.query.emplace(name, value);
+    request.query = from.params;
     request.remote = from.remote_addr;
     request.is_whole = is_whole_;
     request.field = [&from](const char* name) { return from.get_header_value(name); };
+    asked_ = false;
     request.read_body = [this, &from, &whole, reader](BodySink& sink, bool form) {
+      asked_ = true;
       // Without a length the library would read until the connection ends.
       if (reader == nullptr || !head_->has_body()) return;
       if (form && from.get_header_value("Content-Type").find("boundary=") == std::string::npos) {
@@ -396,42 +358,36 @@ class Engine final : public httplib::Server {
     }
   }
 
-  const std::function<Reply(const Request&)>& answer_;
+  /// Sends a reply, and then reports failure, which is the only way to make the library close the
+  /// connection.
+  void send_last(httplib::Response& response, const Reply& reply) {
+    send_reply(response, reply);
+    const std::string body = std::exchange(response.body, {});
+    const std::string type = response.get_header_value("Content-Type");
+    response.headers.erase("Content-Type");
+    response.set_header("Connection", "close");
+    response.set_content_provider(
+        body.size(), type,
+        [body](std::size_t /*offset*/, std::size_t /*length*/, httplib::DataSink& sink) {
+          sink.write(body.data(), body.size());
+          return false;
+        });
+  }
+
+  const Answer answer_;
   // The request that is being answered.
   LimitedStream* stream_ = nullptr;
   const RequestHead* head_ = nullptr;
   bool is_whole_ = false;
+  bool asked_ = false;  ///< the handler has asked for the body
 };
 
 }  // namespace
 
-Pace default_pace() {
-  constexpr Time patience = seconds(10);
-  constexpr double bytes_a_second = 32768;
-  return {patience, bytes_a_second};
+std::function<bool(Connection&)> make_conversation(Answer answer,
+                                                   std::function<void(int)> answered) {
+  const auto engine = std::make_shared<Engine>(std::move(answer), std::move(answered));
+  return [engine](Connection& connection) { return engine->converse(connection); };
 }
-
-class Conversation::Impl {
- public:
-  Impl(std::function<Reply(const Request&)> answer, std::function<void(int)> answered)
-      : answer_(std::move(answer)), engine_(answer_, std::move(answered)) {}
-
-  bool answer(Connection& connection) {
-    const std::string_view input = connection.input();
-    const RequestHead head = parse_head(input.substr(0, end_of_head(input, 0).value_or(0)));
-    LimitedStream stream(connection, head);
-    return engine_.converse(stream, head, connection.is_whole());
-  }
-
- private:
-  const std::function<Reply(const Request&)> answer_;
-  Engine engine_;
-};
-
-Conversation::Conversation(std::function<Reply(const Request&)> answer,
-                           std::function<void(int)> answered)
-    : impl_(std::make_unique<Impl>(std::move(answer), std::move(answered))) {}
-Conversation::~Conversation() = default;
-bool Conversation::answer(Connection& connection) { return impl_->answer(connection); }
 
 }  // namespace parray::http

@@ -117,7 +117,6 @@ std::shared_ptr<BodyStream> Events::listen(std::optional<JobId> job) {
   const auto stream = std::make_shared<Stream>(job);
   {
     const std::scoped_lock lock(mutex_);
-    std::erase_if(streams_, [](const auto& other) { return other.expired(); });
     const auto listens = [](const auto& weak) {
       const auto other = weak.lock();
       return other && !other->waits();
@@ -130,11 +129,17 @@ std::shared_ptr<BodyStream> Events::listen(std::optional<JobId> job) {
                         " event streams are in use (--http-streams): try again later",
                     0, {{"Retry-After", "5"}});
     }
-    streams_.push_back(stream);
-    ++joined_;
+    add(stream);
   }
   changed_.notify_one();
   return stream;
+}
+
+/// Adds a listener. The caller holds mutex_.
+void Events::add(const std::shared_ptr<Stream>& stream) {
+  std::erase_if(streams_, [](const auto& other) { return other.expired(); });
+  streams_.push_back(stream);
+  ++joined_;
 }
 
 void Events::await_end(JobId job, const std::string& owner, Time patience) {
@@ -143,9 +148,7 @@ void Events::await_end(JobId job, const std::string& owner, Time patience) {
   {
     const std::scoped_lock lock(mutex_);
     if (stopped_) return;
-    std::erase_if(streams_, [](const auto& other) { return other.expired(); });
-    streams_.push_back(stream);
-    ++joined_;
+    add(stream);
   }
   changed_.notify_one();
   stream->await_end(patience);
@@ -174,16 +177,11 @@ std::vector<std::shared_ptr<Events::Stream>> Events::streams() {
   return there;
 }
 
-std::uint64_t Events::joined() {
-  const std::scoped_lock lock(mutex_);
-  return joined_;
-}
-
 void Events::run() {
   const SteadyClock clock;
   for (;;) {
     const Time begin = clock.now();
-    const std::uint64_t served = joined();
+    const std::uint64_t served = joined_;
     poll();
     const Time rest = std::max<Time>(between_polls_, 50 * (clock.now() - begin));
     std::unique_lock lock(mutex_);
@@ -255,11 +253,14 @@ void Events::poll_jobs() {
 }
 
 void Events::update_job(const json& job) {
-  const JobId id = job.at("id");
-  std::string event = event_text("job", job);
-  Announced& announced = jobs_[id];
-  announced.seen = true;
+  Announced& announced = jobs_[job.at("id")];
   announced.ended = has_ended(job);
+  announce(announced, event_text("job", job));
+}
+
+/// Records that a job or worker was found, and sends its event if it differs from the latest one.
+void Events::announce(Announced& announced, std::string event) {
+  announced.seen = true;
   if (event == announced.event) return;
   announced.event = std::move(event);
   send_to_all(announced.event);
@@ -267,12 +268,9 @@ void Events::update_job(const json& job) {
 
 /// Removes jobs that the last poll did not list, and sends their final event.
 void Events::remove_unlisted(JobId oldest_listed) {
-  for (auto entry = jobs_.begin(); entry != jobs_.end();) {
-    const auto& [id, announced] = *entry;
-    if (announced.seen) {
-      ++entry;
-      continue;
-    }
+  std::erase_if(jobs_, [&](const auto& job) {
+    const auto& [id, announced] = job;
+    if (announced.seen) return false;
     try {
       if (!announced.ended || id >= oldest_listed) {
         send_to_all(event_text("job", loop_.ask<msg::Job>({}, msg::ShowJob{0, id}).job));
@@ -281,8 +279,8 @@ void Events::remove_unlisted(JobId oldest_listed) {
       if (problem.status() != 409) throw;
       send_to_all(forgotten_event(id));
     }
-    entry = jobs_.erase(entry);
-  }
+    return true;
+  });
 }
 
 void Events::poll_workers() {
@@ -292,19 +290,14 @@ void Events::poll_workers() {
     const auto answer = loop_.ask<msg::Workers>({}, msg::ListWorkers{0, offset});
     total = answer.total;
     for (json worker : answer.workers) {
-      Announced& announced = workers_[worker.at("name")];
-      announced.seen = true;
       round_times(worker);
-      std::string event = event_text("worker", worker);
-      if (event == announced.event) continue;
-      announced.event = std::move(event);
-      send_to_all(announced.event);
+      announce(workers_[worker.at("name")], event_text("worker", worker));
     }
   }
-  for (auto entry = workers_.begin(); entry != workers_.end();) {
-    if (!entry->second.seen) send_to_all(event_text("gone", {{"name", entry->first}}));
-    entry = entry->second.seen ? std::next(entry) : workers_.erase(entry);
-  }
+  std::erase_if(workers_, [this](const auto& worker) {
+    if (!worker.second.seen) send_to_all(event_text("gone", {{"name", worker.first}}));
+    return !worker.second.seen;
+  });
 }
 
 /// Polls one job for its own listeners, and closes their streams when the job has ended.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <map>
@@ -56,25 +57,26 @@ class Events {
     bool seen = false;   ///< the current poll has found it
   };
 
+  void add(const std::shared_ptr<Stream>& stream);
   void run();
   void poll();
   void poll_jobs();
   void poll_workers();
   void poll_single_job(JobId job, const std::vector<std::shared_ptr<Stream>>& listening);
   void update_job(const nlohmann::json& job);
+  void announce(Announced& announced, std::string event);
   void remove_unlisted(JobId oldest_listed);
   void send_to_all(const std::string& event);
   std::vector<std::shared_ptr<Stream>> streams();
-  std::uint64_t joined();
 
   LoopClient& loop_;
   const std::size_t most_streams_;
   const Time between_polls_;
   Places waits_;      ///< only its entries are used
-  std::mutex mutex_;  // guards streams_, joined_, stopped_, forgotten_
+  std::mutex mutex_;  // guards streams_, stopped_, forgotten_
   std::condition_variable changed_;
   std::vector<std::weak_ptr<Stream>> streams_;
-  std::uint64_t joined_ = 0;  ///< number of streams so far
+  std::atomic<std::uint64_t> joined_ = 0;  ///< number of streams so far; changed under mutex_
   std::vector<JobId> forgotten_;
   bool stopped_ = false;
   // Used by the thread only.

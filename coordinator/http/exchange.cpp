@@ -72,17 +72,11 @@ Fields fields_of(const Reply& reply) {
 }
 
 Reply json_reply(const nlohmann::json& content, int status) {
-  Reply reply;
-  reply.status = status;
-  reply.body = std::make_shared<const std::string>(json_text(content) + "\n");
-  return reply;
+  return {.status = status, .body = std::make_shared<const std::string>(json_text(content) + "\n")};
 }
 
 Reply text_reply(std::string text, const std::string& type) {
-  Reply reply;
-  reply.type = type;
-  reply.body = std::make_shared<const std::string>(std::move(text));
-  return reply;
+  return {.type = type, .body = std::make_shared<const std::string>(std::move(text))};
 }
 
 Reply problem_reply(const Problem& problem) {
@@ -102,12 +96,6 @@ std::string owner_of(const Request& request) {
   return user.empty() ? "address " + owner_of_address(request.remote) : "user " + user;
 }
 
-std::string read_text(const Request& request, std::size_t most) {
-  TextSink sink(most);
-  request.read_body(sink, false);
-  return std::move(sink.text);
-}
-
 std::string media_type(const Request& request) {
   std::string type = lower_case(request.field("content-type"));
   type.resize(std::min(type.find(';'), type.size()));
@@ -119,6 +107,16 @@ std::string wrong_media_type(const Request& request) {
   const std::string type = media_type(request);
   return type.empty() ? "the request has no Content-Type"
                       : "the Content-Type '" + printable(type) + "' is not supported";
+}
+
+nlohmann::json json_body(const Request& request, std::size_t most, const std::string& form) {
+  if (media_type(request) != "application/json") {
+    throw Problem(415,
+                  wrong_media_type(request) + ": send " + form + " with the header " + json_header);
+  }
+  TextSink sink(most);
+  request.read_body(sink, false);
+  return nlohmann::json::parse(sink.text, nullptr, false);
 }
 
 }  // namespace parray::http

@@ -62,8 +62,9 @@ class BodySink {
 
 /// A request, as handlers see it.
 struct Request {
-  std::string method;  ///< upper case
-  std::string path;    ///< decoded, without the query
+  std::string method;                    ///< upper case
+  std::string path;                      ///< decoded, without the query
+  std::vector<std::string> arguments{};  ///< parts of the path that stand for {...} in the route
   std::multimap<std::string, std::string> query;
   std::string remote;  ///< IP address of the client
   /// Returns the value of a header field, "" if it is missing. `name` is in lower case.
@@ -95,6 +96,9 @@ struct Reply {
   std::shared_ptr<const FileBody> file{};  ///< replaces `body` if set
 };
 
+/// Answers a request.
+using Answer = std::function<Reply(const Request&)>;
+
 /// Returns the result of `act()`. If that throws a Problem with the status `from`, throws a Problem
 /// with the same message and exit status, the status `to`, and no header fields.
 auto with_status(int from, int to, const auto& act) {
@@ -122,9 +126,6 @@ Reply problem_reply(const Problem& problem);
 /// owner_of_address() if there are no keys.
 std::string owner_of(const Request& request);
 
-/// Reads the body. Throws Problem 413 if it has more than `most` bytes. For small bodies.
-std::string read_text(const Request& request, std::size_t most);
-
 /// Returns the media type of the body in lower case, without parameters.
 std::string media_type(const Request& request);
 
@@ -132,5 +133,9 @@ std::string media_type(const Request& request);
 inline constexpr const char* json_header = "'Content-Type: application/json'";
 /// Returns the beginning of a message that refuses the media type of the body.
 std::string wrong_media_type(const Request& request);
+
+/// Reads a small JSON body; a discarded value if it is not JSON. Throws Problem 413 if it has more
+/// than `most` bytes, 415 with the example `form` if its media type is not JSON.
+nlohmann::json json_body(const Request& request, std::size_t most, const std::string& form);
 
 }  // namespace parray::http

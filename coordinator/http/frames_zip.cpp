@@ -54,7 +54,8 @@ std::optional<std::string> ZipStream::next() {
   if (ended_) return {};
   std::string piece;
   if (file_ && sent_of_file_ < file_->bytes().size()) {
-    piece = next_piece();
+    piece = read_part(*file_, sent_of_file_);
+    sent_of_file_ += piece.size();
   } else if (begun_ < members_.size()) {
     piece = begin_member();
   } else {
@@ -62,12 +63,6 @@ std::optional<std::string> ZipStream::next() {
     ended_ = true;
   }
   sent_ += piece.size();
-  return piece;
-}
-
-std::string ZipStream::next_piece() {
-  std::string piece = read_part(*file_, sent_of_file_);
-  sent_of_file_ += piece.size();
   return piece;
 }
 

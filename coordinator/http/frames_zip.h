@@ -30,7 +30,6 @@ class ZipStream final : public BodyStream {
 
  private:
   std::string begin_member();
-  std::string next_piece();
   std::string directory();
 
   std::vector<Member> members_;

@@ -25,10 +25,6 @@ bool is_number(const std::string& host) {
          inet_pton(AF_INET6, host.c_str(), address.data()) == 1;
 }
 
-bool changes_something(const Request& request) {
-  return request.method != "GET" && request.method != "HEAD" && request.method != "OPTIONS";
-}
-
 /// Returns "x" for "Bearer x", "" for any other form. The scheme is case-insensitive (RFC 9110,
 /// section 11.1).
 std::string bearer_token(const std::string& field) {
@@ -40,29 +36,26 @@ std::string bearer_token(const std::string& field) {
 }  // namespace
 
 Guard::Guard(const std::filesystem::path& keys, std::vector<std::string> hosts)
-    : keys_(keys), hosts_(std::move(hosts)) {
+    : hosts_(std::move(hosts)) {
   for (std::string& name : hosts_) name = lower_case(name);
-  if (wants_tokens()) tokens_ = std::make_unique<TokenList>(keys);
-}
-
-bool Guard::known_host(const std::string& host) const {
-  const std::string name = lower_case(without_port(host));
-  return name == "localhost" || is_number(name) || std::ranges::find(hosts_, name) != hosts_.end();
+  if (!keys.empty()) tokens_ = std::make_unique<TokenList>(keys);
 }
 
 void Guard::check_origin(const Request& request) const {
-  if (wants_tokens()) return;
+  if (tokens_) return;
   const std::string host = request.field("host");
   if (host.empty()) {
     throw Problem(421, "the header Host is missing: send it with the IP address of this server");
   }
-  if (!known_host(host)) {
+  const std::string name = lower_case(without_port(host));
+  if (name != "localhost" && !is_number(name) && std::ranges::count(hosts_, name) == 0) {
     throw Problem(421, "'" + printable(host) +
                            "' is not a name of this server: use its IP address, or start "
                            "parray-coordinator with --http-host " +
                            printable(without_port(host)));
   }
-  if (!changes_something(request)) return;
+  const std::string& method = request.method;
+  if (method == "GET" || method == "HEAD" || method == "OPTIONS") return;
   const std::string origin = request.field("origin");
   const std::size_t scheme = origin.find("://");
   const std::string from = scheme == std::string::npos ? origin : origin.substr(scheme + 3);
@@ -78,7 +71,7 @@ void Guard::check_origin(const Request& request) const {
 }
 
 Sender Guard::admit(const Request& request) {
-  if (!wants_tokens()) return {};
+  if (!tokens_) return {};
   const std::string token = bearer_token(request.field("authorization"));
   if (token.empty()) {
     throw Problem(401,

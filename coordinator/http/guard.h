@@ -22,9 +22,6 @@ class Guard {
   /// of this server. Throws InputError if the lists of tokens cannot be used.
   Guard(const std::filesystem::path& keys, std::vector<std::string> hosts);
 
-  /// Returns whether requests need a token.
-  [[nodiscard]] bool wants_tokens() const { return !keys_.empty(); }
-
   /// Throws Problem 421 if Host is missing or unknown, 403 if a page of another site sent a request
   /// that changes something. Checks nothing if there are keys.
   void check_origin(const Request& request) const;
@@ -33,12 +30,9 @@ class Guard {
   [[nodiscard]] Sender admit(const Request& request);
 
  private:
-  [[nodiscard]] bool known_host(const std::string& host) const;
-
-  const std::filesystem::path keys_;
-  std::vector<std::string> hosts_;  ///< in lower case
-  std::mutex mutex_;                // guards tokens_
-  std::unique_ptr<TokenList> tokens_;
+  std::vector<std::string> hosts_;     ///< in lower case
+  std::mutex mutex_;                   // guards tokens_
+  std::unique_ptr<TokenList> tokens_;  ///< null: requests need no token
 };
 
 }  // namespace parray::http

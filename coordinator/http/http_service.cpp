@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <mutex>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -17,7 +18,6 @@
 #include "coordinator/http/server.h"
 #include "coordinator/jobs/log_budget.h"
 #include "coordinator/loop/limits.h"
-#include "proto/zmq_link.h"
 
 namespace parray::http {
 namespace {
@@ -48,79 +48,45 @@ constexpr const char* page_policy =
     "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-Reply asset_reply(const Request& request, const Asset& asset, const std::string& etag) {
-  Reply reply;
-  reply.type = asset.type;
-  reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
-  if (asset.type.starts_with("text/html")) {
-    reply.headers.emplace_back("Content-Security-Policy", page_policy);
-  }
-  if (request.field("if-none-match").find(etag) != std::string::npos) {
-    reply.status = 304;
-  } else {
-    reply.body = std::make_shared<const std::string>(asset.bytes);
-  }
-  return reply;
-}
+/// Limit of requests that are answered at the same time. Event streams, waits for jobs and large
+/// uploads do not count.
+constexpr std::size_t most_requests = 80;
 
-/// Limits the requests per second and address.
-class RequestLimit {
+class Service {
  public:
-  explicit RequestLimit(std::size_t most) : budget_(most) {}
-
-  void spend(const std::string& address) {
-    const std::scoped_lock lock(mutex_);
-    if (!budget_.allow(clock_.now(), address)) {
-      throw Problem(429, "too many requests per second (--max-requests): send fewer", 0,
-                    {{"Retry-After", "1"}});
-    }
-  }
-
- private:
-  SteadyClock clock_;
-  std::mutex mutex_;  // guards budget_
-  RequestBudget budget_;
-};
-
-}  // namespace
-
-class HttpService::Impl {
- public:
-  Impl(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log)
+  Service(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log)
       : log_(std::move(log)),
+        options_(options),
         directory_(requests_directory(options.state)),
         guard_(options.keys, options.hosts),
-        request_limit_(options.requests),
+        request_budget_(options.requests),
         loop_(hub),
-        scene_places_("scenes", {.places = 3, .of_one = 2, .inside = 24, .one_inside = 16}),
-        picture_places_("pictures", {.places = 2, .of_one = 2, .inside = 40, .one_inside = 32}),
         memory_(options.memory),
-        disk_(std::max<std::uint64_t>(options.memory, std::uint64_t{1} << 28)),
-        uploads_(runner_, scene_places_, memory_, directory_.path(), options.uploads),
-        pictures_(loop_, runner_, picture_places_, memory_, disk_, directory_.path()),
+        uploads_(runner_, memory_, directory_.path(), options.uploads),
+        pictures_(loop_, runner_, memory_, std::max(options.memory, std::uint64_t{1} << 28),
+                  directory_.path()),
         events_(loop_, options.streams),
         webhooks_(loop_, options.webhook_hosts, options.webhooks, options.keep_webhooks),
-        api_(loop_, uploads_, pictures_, events_, webhooks_, counts_,
-             {options.uploads.body_bytes, options.uploads.parts, options.streams,
-              options.worker_address, is_loopback(options.worker_address), !options.keys.empty(),
-              !options.webhook_hosts.empty()}),
+        api_{router_, loop_, uploads_, pictures_, events_, webhooks_, counts_, options_},
         warnings_(log_, 1),
-        server_(options.address, server_limits(options),
-                {[this](const Request& request) { return answer(request); },
-                 [this](const RequestHead& head, const std::string& address, bool reserve) {
+        server_(options.address,
+                most_requests + 2 * options.streams,  // streams, and waits for jobs
+                {.connections = options.connections, .of_address = options.address_connections},
+                [this](const Request& request) { return answer(request); },
+                {[this](const RequestHead& head, const std::string& address, bool reserve) {
                    return answer_early(head, address, reserve);
                  },
                  [this](const std::string& line) { warnings_.warn(SteadyClock().now(), line); },
                  [this](int status) { counts_.add(status); }}) {
-    api_.add_to(router_);
+    add_routes(api_);
     for (const Asset& asset : assets()) serve_asset(asset);
   }
 
-  ~Impl() {
+  ~Service() {
     loop_.stop();
     runner_.stop();
-    scene_places_.stop();
-    picture_places_.stop();
+    uploads_.stop();
+    pictures_.stop();
     if (confinement_check_.joinable()) confinement_check_.join();
     events_.stop();
     webhooks_.stop();
@@ -160,20 +126,20 @@ class HttpService::Impl {
   void serve_asset(const Asset& asset) {
     const std::string etag =
         '"' + sha256_hex(std::as_bytes(std::span(asset.bytes))).substr(0, 32) + '"';
-    router_.add(
-        "GET", std::string(asset.path),
-        [&asset, etag](const Request& request, const std::vector<std::string>&) {
-          return asset_reply(request, asset, etag);
-        },
-        {}, Router::Access::open);
-  }
-
-  static ServerLimits server_limits(const Options& options) {
-    ServerLimits limits;
-    limits.threads = options.threads + 2 * options.streams;  // streams, and waits for jobs
-    limits.seats.connections = options.connections;
-    limits.seats.of_address = options.address_connections;
-    return limits;
+    const auto answer = [&asset, etag](const Request& request) {
+      Reply reply{.type = std::string(asset.type),
+                  .headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}}};
+      if (asset.type.starts_with("text/html")) {
+        reply.headers.emplace_back("Content-Security-Policy", page_policy);
+      }
+      if (request.field("if-none-match").find(etag) != std::string::npos) {
+        reply.status = 304;
+      } else {
+        reply.body = std::make_shared<const std::string>(asset.bytes);
+      }
+      return reply;
+    };
+    router_.add("GET", std::string(asset.path), answer, {}, Router::Access::open);
   }
 
   /// Answers /healthz at once, however busy the server is, and refuses connections beyond the
@@ -233,24 +199,30 @@ class HttpService::Impl {
 
   Reply answer_or_throw(const Request& from) {
     check_origin(from);
-    request_limit_.spend(from.remote);
-    const Router::Match match = router_.find(from);
+    {
+      const std::scoped_lock lock(mutex_);
+      if (!request_budget_.allow(SteadyClock().now(), from.remote)) {
+        throw Problem(429, "too many requests per second (--max-requests): send fewer", 0,
+                      {{"Retry-After", "1"}});
+      }
+    }
+    Router::Match match = router_.find(from);
     Request request = from;
-    if (match.access == Router::Access::guarded) request.sender = guard_.admit(from);
-    return (*match.handler)(request, match.arguments);
+    request.arguments = std::move(match.arguments);
+    if (match.route->access == Router::Access::guarded) request.sender = guard_.admit(from);
+    return match.route->answer(request);
   }
 
   const std::shared_ptr<spdlog::logger> log_;
+  const Options options_;
   const OwnedPath directory_;
   Guard guard_;
-  RequestLimit request_limit_;
+  std::mutex mutex_;              // guards request_budget_
+  RequestBudget request_budget_;  ///< requests per second and address
   Router router_;
   LoopClient loop_;
   ChildRunner runner_;
-  Places scene_places_;
-  Places picture_places_;
   Budget memory_;
-  Budget disk_;
   UploadReader uploads_;
   PictureCache pictures_;
   Events events_;
@@ -262,11 +234,13 @@ class HttpService::Impl {
   Server server_;       ///< declared last, so that it is destroyed first
 };
 
-HttpService::HttpService(const Options& options, InprocHub& hub,
-                         std::shared_ptr<spdlog::logger> log)
-    : impl_(std::make_unique<Impl>(options, hub, std::move(log))) {}
-HttpService::~HttpService() = default;
-void HttpService::start() { impl_->start(); }
-const std::string& HttpService::address() const { return impl_->address(); }
+}  // namespace
+
+HttpService serve_http(const Options& options, InprocHub& hub,
+                       const std::shared_ptr<spdlog::logger>& log) {
+  const auto service = std::make_shared<Service>(options, hub, log);
+  service->start();
+  return {service->address(), service};
+}
 
 }  // namespace parray::http

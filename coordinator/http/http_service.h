@@ -21,10 +21,7 @@ struct Options {
   std::string webhooks;            ///< text of the pending webhooks that an earlier process stored
   Webhooks::Keep keep_webhooks;    ///< stores that text; empty: webhooks end with the process
   std::vector<std::string> hosts;  ///< accepted host names besides localhost and IP addresses
-  std::vector<std::string> webhook_hosts;  ///< hosts that webhooks may address
-  /// Limit of requests that are answered at the same time. Event streams, waits for jobs and large
-  /// uploads do not count.
-  std::size_t threads = 80;
+  std::vector<std::string> webhook_hosts;         ///< hosts that webhooks may address
   std::size_t connections = 1024;                 ///< limit of all connections
   std::size_t address_connections = 256;          ///< limit of connections per address
   std::size_t streams = 128;                      ///< limit of event streams
@@ -33,25 +30,17 @@ struct Options {
   UploadLimits uploads{};
 };
 
+/// A running HTTP interface.
+struct HttpService {
+  std::string address;                ///< the bound address as HOST:PORT
+  std::shared_ptr<const void> parts;  ///< the destruction ends all requests
+};
+
 /// Serves the coordinator's HTTP interface (openapi.json) and its web page. It accesses no data
 /// of the coordinator's loop. It sends messages through a hub, as clients do. It works in threads
-/// and child processes of its own. The destructor ends all requests.
-class HttpService {
- public:
-  /// Begins to listen; start() begins to answer. `hub` must outlive this object. Throws InputError
-  /// for unusable options, RunError if the address cannot be bound or a program is missing.
-  HttpService(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log);
-  ~HttpService();
-  HttpService& operator=(HttpService&&) = delete;
-
-  /// Starts to answer requests.
-  void start();
-  /// Returns the bound address as HOST:PORT.
-  [[nodiscard]] const std::string& address() const;
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
-};
+/// and child processes of its own. `hub` must outlive the result. Throws InputError for unusable
+/// options, RunError if the address cannot be bound or a program is missing.
+HttpService serve_http(const Options& options, InprocHub& hub,
+                       const std::shared_ptr<spdlog::logger>& log);
 
 }  // namespace parray::http

@@ -70,11 +70,7 @@ Named named_in(const Request& request, bool with_priority) {
   constexpr std::size_t most_bytes = std::size_t{1} << 15;
   const std::string form =
       with_priority ? R"({"ids": [3, 4], "priority": 70})" : R"({"ids": [3, 4]})";
-  if (media_type(request) != "application/json") {
-    throw Problem(415,
-                  wrong_media_type(request) + ": send " + form + " with the header " + json_header);
-  }
-  const json body = json::parse(read_text(request, most_bytes), nullptr, false);
+  const json body = json_body(request, most_bytes, form);
   if (!body.is_object() || body.size() != (with_priority ? 2 : 1) || !body.contains("ids") ||
       !body.at("ids").is_array()) {
     throw Problem(422, "the body is not of this form: " + form, 2);
@@ -116,27 +112,11 @@ json http_result(json result) {
       {"problem", {{"status", status_of(result.at("refusal"))}, {"detail", result.at("message")}}}};
 }
 
-}  // namespace
-
-void Api::add_job_lists(Router& router) {
-  router.add("GET", "/api/v1/jobs", plain(&Api::list_jobs),
-             {"limit", "before", "offset", "state", "user", "name", "sort", "order"});
-  for (std::size_t i = 0; i < job_action_names.size(); ++i) {
-    const auto action = static_cast<msg::JobAction>(i);
-    const bool prioritise = action == msg::JobAction::prioritise;
-    router.add("POST",
-               "/api/v1/jobs/" + std::string(prioritise ? "priority" : job_action_names.at(i)),
-               plain(&Api::steer_many, action));
-  }
-}
-
-Reply Api::list_jobs(const Request& request) {
+Reply list_jobs(Api& api, const Request& request) {
   msg::ListJobs asked;
-  asked.limit =
-      static_cast<std::uint32_t>(number_parameter(request, "limit", 1, msg::most_listed, 100));
-  asked.before = number_parameter(request, "before", 1, largest_job, 0);
-  asked.offset =
-      static_cast<std::uint32_t>(number_parameter(request, "offset", 0, 1'000'000'000, 0));
+  asked.limit = number_parameter<std::uint32_t>(request, "limit", 1, msg::most_listed, 100);
+  asked.before = number_parameter<JobId>(request, "before", 1, largest_job, 0);
+  asked.offset = number_parameter<std::uint32_t>(request, "offset", 0, 1'000'000'000, 0);
   asked.states = states_in(request);
   asked.user = text_parameter(request, "user");
   asked.name = text_parameter(request, "name");
@@ -145,23 +125,37 @@ Reply Api::list_jobs(const Request& request) {
   asked.order = descending ? msg::JobOrder::descending : msg::JobOrder::ascending;
   const bool by_id = asked.sort == msg::JobSort::id && descending && asked.offset == 0;
   const std::uint32_t limit = asked.limit;
-  auto answer = loop_.ask<msg::Jobs>(request.sender, std::move(asked));
+  auto answer = api.loop.ask<msg::Jobs>(request.sender, std::move(asked));
   const json next =
       by_id && answer.jobs.size() == limit ? json(answer.jobs.back().at("id")) : json();
   return json_reply({{"jobs", std::move(answer.jobs)}, {"next", next}, {"total", answer.total}});
 }
 
-Reply Api::steer_many(const Request& request, msg::JobAction action) {
+Reply steer_many(Api& api, const Request& request, msg::JobAction action) {
   Named named = named_in(request, action == msg::JobAction::prioritise);
   msg::SteerJobs asked{0, std::move(named.ids), action, named.priority};
   json results = json::array();
-  for (json& result : loop_.ask<msg::Steered>(request.sender, std::move(asked)).results) {
+  for (json& result : api.loop.ask<msg::Steered>(request.sender, std::move(asked)).results) {
     if (action == msg::JobAction::forget && result.contains("job")) {
-      events_.forgotten(result.at("id"));
+      api.events.forgotten(result.at("id"));
     }
     results.push_back(http_result(std::move(result)));
   }
   return json_reply({{"results", std::move(results)}});
+}
+
+}  // namespace
+
+void add_job_lists(Api& api) {
+  api.add("GET", "/api/v1/jobs", list_jobs,
+          {"limit", "before", "offset", "state", "user", "name", "sort", "order"});
+  for (std::size_t i = 0; i < job_action_names.size(); ++i) {
+    const auto action = static_cast<msg::JobAction>(i);
+    const bool prioritise = action == msg::JobAction::prioritise;
+    api.add(
+        "POST", "/api/v1/jobs/" + std::string(prioritise ? "priority" : job_action_names.at(i)),
+        [action](Api& with, const Request& request) { return steer_many(with, request, action); });
+  }
 }
 
 }  // namespace parray::http

@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/printable.h"
 #include "coordinator/http/exchange.h"
 #include "proto/inproc_link.h"
 
@@ -33,45 +34,38 @@ class LoopClient {
   /// scenes, pictures, journals and changes, which wait for the disk).
   template <typename Answer, typename Asked>
   Answer ask(const Sender& sender, Asked request) {
-    Answer answer;
+    constexpr Time patience = waits_for_disk<Asked> ? seconds(60) : seconds(10);
+    constexpr Time repeat = milliseconds(500);
+    constexpr Time nap = milliseconds(50);
     const std::unique_ptr<Link> link = hub_.connect_as(sender);
     request.request = 1;
-    constexpr Time patience = waits_for_disk<Asked> ? seconds(60) : seconds(10);
-    wait_for(*link, patience, link->seal(Message(std::move(request))), [&](Message& message) {
-      auto* found = std::get_if<Answer>(&message);
-      if (found != nullptr) answer = std::move(*found);
-      return found != nullptr;
-    });
-    return answer;
+    const Envelope sealed = link->seal(Message(std::move(request)));
+    const SteadyClock clock;
+    const Time begin = clock.now();
+    Time send_at = begin;
+    for (Time now = begin; now - begin < patience && !stopped_; now = clock.now()) {
+      if (now >= send_at) {
+        link->send({}, sealed);
+        send_at = now + repeat;
+      }
+      link->wait(nap);
+      while (auto delivery = link->receive()) {
+        Message message = delivery->content.open();
+        if (auto* answer = std::get_if<Answer>(&message)) return std::move(*answer);
+        if (const auto* error = std::get_if<msg::Error>(&message)) {
+          const int status = error->later ? 503 : error->status == 2 ? 409 : 500;
+          throw Problem(status, printable(error->message, 2000), static_cast<int>(error->status));
+        }
+      }
+    }
+    throw Problem(503, stopped_ ? "the coordinator is stopping: try again later"
+                                : "the coordinator does not answer: try again later");
   }
 
   /// Makes all current and later requests fail with Problem 503.
   void stop() { stopped_ = true; }
 
  private:
-  void wait_for(Link& link, Time patience, const Envelope& request, const auto& take) {
-    constexpr Time repeat = milliseconds(500);
-    constexpr Time nap = milliseconds(50);
-    const SteadyClock clock;
-    const Time begin = clock.now();
-    Time send_at = begin;
-    for (Time now = begin; now - begin < patience && !stopped_; now = clock.now()) {
-      if (now >= send_at) {
-        link.send({}, request);
-        send_at = now + repeat;
-      }
-      link.wait(nap);
-      while (auto delivery = link.receive()) {
-        Message message = delivery->content.open();
-        if (take(message)) return;
-        if (const auto* error = std::get_if<msg::Error>(&message)) fail(*error);
-      }
-    }
-    fail_unanswered();
-  }
-  [[noreturn]] static void fail(const msg::Error& error);
-  [[noreturn]] void fail_unanswered() const;
-
   InprocHub& hub_;
   std::atomic<bool> stopped_ = false;
 };

@@ -4,7 +4,6 @@
 #include <malloc.h>
 
 #include <algorithm>
-#include <bit>
 #include <nlohmann/json.hpp>
 
 #include "common/base/bytes.h"
@@ -23,7 +22,7 @@ using nlohmann::json;
 using Kind = PictureCache::Kind;
 
 /// Child processes that make pictures are trusted. Their limits only end processes that hang.
-constexpr Time patience = seconds(20);
+constexpr Time memory_patience = seconds(20);
 constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
 // Limits of the cache. The latest file stays in it, whatever its size.
 constexpr std::size_t most_files = 32;
@@ -35,12 +34,6 @@ bool is_work_map(Kind kind) {
   return kind == Kind::cost || kind == Kind::worker_numbers || kind == Kind::worker_names;
 }
 bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
-
-/// Returns freed memory to the system: the C library keeps it in each thread's arena.
-void give_memory_back(std::uint64_t freed) {
-  constexpr std::uint64_t little = std::uint64_t{8} << 20;
-  if (freed >= little) malloc_trim(0);
-}
 
 /// Returns a text that is the same as long as the picture of a job does not change. Empty: it
 /// changes, because the job has not ended.
@@ -55,7 +48,6 @@ std::string version_of(const json& job) {
 /// Returns the bytes as they are sent: little-endian.
 template <typename T>
 std::string_view bytes_of(const std::vector<T>& values) {
-  static_assert(std::endian::native == std::endian::little);
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
@@ -100,8 +92,8 @@ std::shared_ptr<PictureCache::Entry> PictureCache::entry_of(const Key& key) {
 }
 
 /// Removes the thumbnails, or the other files, that were used least recently. Requests that use a
-/// removed file keep it.
-void PictureCache::drop_old(bool thumbnails, const Limits& limits) {
+/// removed file keep it. One of them stays, whatever its size.
+void PictureCache::drop_old(bool thumbnails, std::size_t most_entries, std::size_t most_bytes) {
   const std::scoped_lock lock(mutex_);
   std::vector<std::pair<Time, Key>> by_use;
   std::size_t bytes = 0;
@@ -111,10 +103,10 @@ void PictureCache::drop_old(bool thumbnails, const Limits& limits) {
     bytes += entry->size;
   }
   std::size_t left = by_use.size();
-  if (left <= limits.entries && bytes <= limits.bytes) return;
+  if (left <= most_entries && bytes <= most_bytes) return;
   std::ranges::sort(by_use);
   for (const auto& [used_at, key] : by_use) {
-    if (left <= 1 || (left <= limits.entries && bytes <= limits.bytes)) return;
+    if (left <= 1 || (left <= most_entries && bytes <= most_bytes)) return;
     bytes -= entries_.at(key)->size;
     entries_.erase(key);
     --left;
@@ -142,22 +134,20 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
     const Steps steps = steps_of(shown, key);
     const auto needed = memory_of(shown, kind, steps);
     {
-      const auto held = memory_.hold(needed, patience, "another picture");
-      picture = make_any(sender, key, steps);
+      const auto held = memory_.hold(needed, memory_patience, "another picture");
+      picture = is_work_map(kind) ? make_map(sender, job, kind) : make(sender, key, steps);
     }
-    give_memory_back(needed);
+    // Returns freed memory to the system: the C library keeps it in each thread's arena.
+    constexpr std::uint64_t little = std::uint64_t{8} << 20;
+    if (needed >= little) malloc_trim(0);
     entry->version = version;
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;
     entry->size = small ? picture.thumbnail->size() : picture.file->bytes().size();
-    drop_old(small, small ? Limits{most_thumbnails, most_thumbnail_bytes}
-                          : Limits{most_files, most_file_bytes});
+    drop_old(small, small ? most_thumbnails : most_files,
+             small ? most_thumbnail_bytes : most_file_bytes);
   }
   return picture;
-}
-
-PictureCache::File PictureCache::make_any(const Sender& sender, const Key& key, Steps steps) {
-  return is_work_map(key.kind) ? make_map(sender, key.job, key.kind) : make(sender, key, steps);
 }
 
 PictureCache::File PictureCache::make(const Sender& sender, const Key& key, Steps steps) {
@@ -213,7 +203,7 @@ std::shared_ptr<const FileBody> PictureCache::keep(const fs::path& file) {
   try {
     return std::make_shared<const FileBody>(file, disk_);
   } catch (const Problem&) {
-    drop_old(false, {1, 0});
+    drop_old(false, 1, 0);
     return std::make_shared<const FileBody>(file, disk_);
   }
 }

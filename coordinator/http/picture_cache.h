@@ -40,16 +40,18 @@ class PictureCache {
   };
 
   /// `directory`: for files of child processes and cached files. `memory`: limits the memory of
-  /// pictures that are being made. `disk`: limits the cached files. All references must outlive
-  /// this object.
-  PictureCache(LoopClient& loop, const ChildRunner& runner, Places& places, Budget& memory,
-               Budget& disk, std::filesystem::path directory)
+  /// pictures that are being made. `disk`: limit of the cached files in bytes. All references must
+  /// outlive this object.
+  PictureCache(LoopClient& loop, const ChildRunner& runner, Budget& memory, std::uint64_t disk,
+               std::filesystem::path directory)
       : loop_(loop),
         runner_(runner),
-        places_(places),
         memory_(memory),
         disk_(disk),
         directory_(std::move(directory)) {}
+
+  /// Makes all requests fail that wait for a child process.
+  void stop() { places_.stop(); }
 
   /// A file with its properties. A thumbnail is in memory: there are many, and each open file takes
   /// a descriptor.
@@ -78,11 +80,6 @@ class PictureCache {
     std::uint32_t thumbnail_width = 0;
     auto operator<=>(const Key&) const = default;
   };
-  /// Limits of the cached thumbnails, or of all other files.
-  struct Limits {
-    std::size_t entries = 0;
-    std::size_t bytes = 0;
-  };
   struct Entry {
     std::mutex mutex;  ///< guards the members down to `cost`
     File picture;
@@ -102,8 +99,7 @@ class PictureCache {
   static Steps steps_of(const nlohmann::json& job, const Key& key);
   static std::uint64_t memory_of(const nlohmann::json& job, Kind kind, Steps steps);
   std::shared_ptr<Entry> entry_of(const Key& key);
-  void drop_old(bool thumbnails, const Limits& limits);
-  File make_any(const Sender& sender, const Key& key, Steps steps);
+  void drop_old(bool thumbnails, std::size_t most_entries, std::size_t most_bytes);
   File make(const Sender& sender, const Key& key, Steps steps);
   File make_map(const Sender& sender, JobId job, Kind kind);
   std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);
@@ -113,9 +109,9 @@ class PictureCache {
 
   LoopClient& loop_;
   const ChildRunner& runner_;
-  Places& places_;
+  Places places_{"pictures", {.places = 2, .of_one = 2, .inside = 40, .one_inside = 32}};
   Budget& memory_;
-  Budget& disk_;
+  Budget disk_;
   const std::filesystem::path directory_;
   SteadyClock clock_;
   std::mutex mutex_;  // guards entries_

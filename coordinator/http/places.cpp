@@ -26,11 +26,11 @@ Places::Entry::~Entry() {
 
 Places::Place::Place(const Entry& entry) : places_(entry.places_), owner_(entry.owner_) {
   std::unique_lock lock(places_.mutex_);
-  Waiter waiter;
-  places_.turns_.push(owner_, &waiter);
+  bool has_place = false;
+  places_.turns_.push(owner_, &has_place);
   places_.give();
-  places_.changed_.wait(lock, [&] { return waiter.has_place || places_.stopped_; });
-  if (!waiter.has_place) throw RunError("the coordinator is stopping");
+  places_.changed_.wait(lock, [&] { return has_place || places_.stopped_; });
+  if (!has_place) throw RunError("the coordinator is stopping");
 }
 
 Places::Place::~Place() {
@@ -54,10 +54,10 @@ std::size_t Places::waiting() {
 /// Gives free places to the next owners. The caller holds mutex_.
 void Places::give() {
   while (!stopped_ && free_ > 0) {
-    const auto waiter = turns_.take();
-    if (!waiter) return;
+    const std::optional<bool*> has_place = turns_.take();
+    if (!has_place) return;
     --free_;
-    (*waiter)->has_place = true;
+    **has_place = true;
     changed_.notify_all();
   }
 }

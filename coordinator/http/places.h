@@ -61,9 +61,6 @@ class Places {
   [[nodiscard]] std::size_t waiting();
 
  private:
-  struct Waiter {
-    bool has_place = false;
-  };
   void give();
 
   const std::string what_;
@@ -73,7 +70,7 @@ class Places {
   std::size_t free_;
   std::size_t inside_ = 0;
   std::map<std::string, std::size_t> of_owner_;  ///< entries per owner
-  Turns<Waiter*> turns_;
+  Turns<bool*> turns_;  ///< for each waiting Place, whether it has its place
   bool stopped_ = false;
 };
 

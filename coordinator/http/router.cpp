@@ -10,23 +10,19 @@
 namespace parray::http {
 namespace {
 
-std::vector<std::string> parts_of(const std::string& path) {
-  std::vector<std::string> parts;
-  for (std::size_t begin = 1; begin <= path.size();) {
-    const std::size_t end = std::min(path.find('/', begin), path.size());
-    parts.push_back(path.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
+/// Returns the parts behind the first '/'.
+std::vector<std::string_view> parts_of(std::string_view path) {
+  if (path.empty()) return {};
+  return split_at('/', path.substr(1));
 }
 
 std::optional<std::vector<std::string>> match(const std::vector<std::string>& pattern,
-                                              const std::vector<std::string>& parts) {
+                                              const std::vector<std::string_view>& parts) {
   if (pattern.size() != parts.size()) return {};
   std::vector<std::string> arguments;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (pattern[i].starts_with('{') && !parts[i].empty()) {
-      arguments.push_back(parts[i]);
+      arguments.emplace_back(parts[i]);
     } else if (pattern[i] != parts[i]) {
       return {};
     }
@@ -35,50 +31,48 @@ std::optional<std::vector<std::string>> match(const std::vector<std::string>& pa
 }
 
 void check_parameters(const Request& request, const std::vector<std::string_view>& known) {
-  for (auto next = request.query.begin(); next != request.query.end();) {
-    const std::string& name = next->first;
+  for (const auto& [name, value] : request.query) {
     if (std::ranges::find(known, name) == known.end()) {
       throw Problem(400, "unknown parameter '" + printable(name) + "': " +
                              (known.empty() ? "this path has none" : remedy_for_name(name, known)));
     }
-    const auto end = request.query.upper_bound(name);
-    if (std::distance(next, end) > 1) {
+    if (request.query.count(name) > 1) {
       throw Problem(400, "parameter '" + name + "' occurs twice: send it once");
     }
-    next = end;
   }
 }
 
 }  // namespace
 
-void Router::add(const std::string& method, const std::string& pattern, Handler handler,
+void Router::add(const std::string& method, const std::string& pattern, Answer answer,
                  std::vector<std::string_view> queries, Access access) {
-  routes_.push_back({method, parts_of(pattern), std::move(handler), std::move(queries), access});
+  const std::vector<std::string_view> parts = parts_of(pattern);
+  routes_.push_back({method, std::vector<std::string>(parts.begin(), parts.end()),
+                     std::move(answer), std::move(queries), access});
 }
 
-std::vector<std::pair<const Router::Route*, std::vector<std::string>>> Router::closest(
-    const std::vector<std::string>& parts) const {
-  std::vector<std::pair<const Route*, std::vector<std::string>>> found;
+std::vector<Router::Match> Router::closest(const std::string& path) const {
+  const std::vector<std::string_view> parts = parts_of(path);
+  std::vector<Match> found;
   for (const Route& route : routes_) {
     auto arguments = match(route.parts, parts);
     if (!arguments) continue;
-    if (!found.empty() && arguments->size() < found.front().second.size()) found.clear();
-    if (!found.empty() && arguments->size() > found.front().second.size()) continue;
-    found.emplace_back(&route, std::move(*arguments));
+    if (!found.empty() && arguments->size() < found.front().arguments.size()) found.clear();
+    if (!found.empty() && arguments->size() > found.front().arguments.size()) continue;
+    found.push_back({&route, *std::move(arguments)});
   }
   return found;
 }
 
 Router::Match Router::find(const Request& request) const {
-  const std::vector<std::string> parts = parts_of(request.path);
   const std::string method = request.method == "HEAD" ? "GET" : request.method;
   std::string others;
-  for (auto& [route, arguments] : closest(parts)) {
-    if (route->method == method) {
-      check_parameters(request, route->queries);
-      return {&route->handler, std::move(arguments), route->access};
+  for (Match& match : closest(request.path)) {
+    if (match.route->method == method) {
+      check_parameters(request, match.route->queries);
+      return std::move(match);
     }
-    others += (others.empty() ? "" : ", ") + route->method;
+    others += (others.empty() ? "" : ", ") + match.route->method;
   }
   if (!others.empty()) {
     throw Problem(405,
@@ -100,12 +94,6 @@ std::uint64_t whole_number(const std::string& name, const std::string& text, std
                   2);
   }
   return *value;
-}
-
-std::uint64_t number_parameter(const Request& request, const std::string& name, std::uint64_t least,
-                               std::uint64_t most, std::uint64_t fallback) {
-  const auto found = request.query.find(name);
-  return found == request.query.end() ? fallback : whole_number(name, found->second, least, most);
 }
 
 }  // namespace parray::http

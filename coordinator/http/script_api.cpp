@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "coordinator/http/api.h"
@@ -11,40 +12,30 @@ namespace {
 
 using nlohmann::json;
 
-struct DoneFrame {
-  std::uint32_t frame = 0;
-  JobId job = 0;
-};
-
-/// Returns the done frames of a series, by their numbers. Throws Problem 404 if there is no such
-/// job, 409 if it is no series.
-std::vector<DoneFrame> done_frames(LoopClient& loop, const Sender& sender, JobId series) {
-  std::vector<DoneFrame> done;
-  const auto listed = [&](std::uint32_t from) {
-    return with_status(409, 404, [&] {
+/// Returns the jobs of the done frames of a series, by the numbers of the frames. Throws Problem
+/// 404 if there is no such job, 409 if it is no series.
+std::map<std::uint32_t, JobId> done_frames(LoopClient& loop, const Sender& sender, JobId series) {
+  std::map<std::uint32_t, JobId> done;
+  for (std::uint32_t from = 0;;) {
+    const json shown = with_status(409, 404, [&] {
       return loop.ask<msg::Job>(sender, msg::ShowJob{0, series, from}).job;
     });
-  };
-  for (std::uint32_t from = 0;;) {
-    const json shown = listed(from);
     if (!shown.contains("frame_list")) {
       throw Problem(409, fmt::format("job {} is not a series: its picture is image.png", series));
     }
     const json& frames = shown.at("frame_list");
     for (const json& frame : frames) {
-      const bool is_done = frame.at("state") == "done";
-      if (is_done) done.push_back({frame.at("frame"), frame.at("job")});
+      if (frame.at("state") == "done") done.emplace(frame.at("frame"), frame.at("job"));
     }
     if (frames.empty()) return done;
     from = frames.back().at("frame").get<std::uint32_t>() + 1;
   }
 }
 
-}  // namespace
-
-Reply Api::frames_zip(const Request& request, JobId series) {
-  const auto held = std::make_shared<const Places::Entry>(archives_, owner_of(request));
-  const std::vector<DoneFrame> frames = done_frames(loop_, request.sender, series);
+Reply frames_zip(Api& api, const Request& request) {
+  const JobId series = job_in(request);
+  const auto held = std::make_shared<const Places::Entry>(api.archives, owner_of(request));
+  const auto frames = done_frames(api.loop, request.sender, series);
   if (frames.empty()) {
     throw Problem(
         409,
@@ -52,20 +43,24 @@ Reply Api::frames_zip(const Request& request, JobId series) {
                     series, series));
   }
   std::vector<ZipStream::Member> members;
-  for (const DoneFrame& done : frames) {
-    members.push_back({fmt::format("frame-{:04}.png", done.frame),
-                       [this, job = done.job, sender = request.sender, owner = owner_of(request)] {
-                         return pictures_.get(sender, owner, job, PictureCache::Kind::png).file;
+  members.reserve(frames.size());
+  for (const auto& [frame, frame_job] : frames) {
+    members.push_back({fmt::format("frame-{:04}.png", frame),
+                       [&api, job = frame_job, sender = request.sender, owner = owner_of(request)] {
+                         return api.pictures.get(sender, owner, job, PictureCache::Kind::png).file;
                        }});
   }
-  Reply reply;
-  reply.type = "application/zip";
-  reply.headers = {
-      {"Content-Disposition", fmt::format("attachment; filename=\"frames-{}.zip\"", series)}};
+  Reply reply{.type = "application/zip",
+              .headers = {{"Content-Disposition",
+                           fmt::format("attachment; filename=\"frames-{}.zip\"", series)}}};
   if (request.method != "HEAD") {
     reply.stream = std::make_shared<ZipStream>(std::move(members), held);
   }
   return reply;
 }
+
+}  // namespace
+
+void add_frames_zip(Api& api) { api.add("GET", "/api/v1/jobs/{id}/frames.zip", frames_zip); }
 
 }  // namespace parray::http

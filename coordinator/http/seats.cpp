@@ -44,21 +44,12 @@ void Seats::leave(ConnectionId id) {
 }
 
 void Seats::begins_head(Time now, ConnectionId id) {
-  Seat& seat = seats_.at(id);
-  if (seat.phase != Phase::idle) return;
-  seat.phase = Phase::head;
-  seat.since = now;
+  if (seats_.at(id).phase == Phase::idle) begin(Phase::head, now, id);
 }
 
-void Seats::awaits_head(Time now, ConnectionId id) {
+void Seats::begin(Phase phase, Time now, ConnectionId id) {
   Seat& seat = seats_.at(id);
-  seat.phase = Phase::idle;
-  seat.since = now;
-}
-
-void Seats::has_ended(Time now, ConnectionId id) {
-  Seat& seat = seats_.at(id);
-  seat.phase = Phase::ended;
+  seat.phase = phase;
   seat.since = now;
 }
 

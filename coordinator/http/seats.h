@@ -51,9 +51,9 @@ class Seats {
   /// awaits_head().
   void has_asked(ConnectionId id) { seats_.at(id).phase = Phase::asked; }
   /// Records that the request was answered and the next one is awaited.
-  void awaits_head(Time now, ConnectionId id);
+  void awaits_head(Time now, ConnectionId id) { begin(Phase::idle, now, id); }
   /// Records that the last answer was sent. The connection is the first to make room.
-  void has_ended(Time now, ConnectionId id);
+  void has_ended(Time now, ConnectionId id) { begin(Phase::ended, now, id); }
 
   /// Returns the connections that exceed a time limit. They stay until leave().
   [[nodiscard]] std::vector<ConnectionId> late(Time now) const;
@@ -66,6 +66,7 @@ class Seats {
     Phase phase = Phase::idle;
     Time since{};
   };
+  void begin(Phase phase, Time now, ConnectionId id);
   [[nodiscard]] std::optional<ConnectionId> first_to_go(bool reserve,
                                                         const std::string* address) const;
   [[nodiscard]] Time deadline(const Seat& seat) const;

@@ -1,4 +1,6 @@
 // Submits scenes, and forecasts their jobs.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -53,29 +55,17 @@ std::string token_of(const std::string& key, const std::string& series, const Up
   return key.empty() ? random_name() : "http-" + key + digest;
 }
 
-/// Names a series for people. `series`: 0 if the loop has not told its number yet.
-std::string series_text(JobId series, JobId first_frame) {
-  return series != 0 ? "series " + std::to_string(series)
-                     : "the series of job " + std::to_string(first_frame);
-}
-
-std::string place_text(std::uint64_t done, std::uint64_t all) {
-  return std::to_string(done) + " of " + std::to_string(all) + " frames";
-}
-
-}  // namespace
-
 /// Gives the upload to the loop and returns the number of the job.
-JobId Api::submit_job(const Request& request, Upload& upload, const std::string& series) {
+JobId submit_job(Api& api, const Request& request, Upload& upload, const std::string& series) {
   upload.submit.token = token_of(idempotency_key(request), series, upload);
   upload.submit.user.clear();
   if (upload.submit.frames > 0) upload.submit.series = series;
   return with_status(409, 422, [&] {  // a limit, or the scene
-    return loop_.ask<msg::Submitted>(request.sender, std::move(upload.submit)).job;
+    return api.loop.ask<msg::Submitted>(request.sender, std::move(upload.submit)).job;
   });
 }
 
-Reply Api::submit(const Request& request) {
+Reply submit(Api& api, const Request& request) {
   // Refuses a bad key before the body is read.
   const std::string series = series_token_of(idempotency_key(request));
   JobId id = 0;
@@ -84,31 +74,33 @@ Reply Api::submit(const Request& request) {
   std::uint64_t submitted = 0;
   std::string webhook;
   try {
-    uploads_.receive(request, [&](Upload& upload) {
+    api.uploads.receive(request, [&](Upload& upload) {
       if (submitted == 0) {
         webhook = upload.webhook;
-        if (!webhook.empty()) webhooks_.check(webhook);
+        if (!webhook.empty()) api.webhooks.check(webhook);
         frames = upload.submit.frames;
       }
-      const JobId job = submit_job(request, upload, series);
+      const JobId job = submit_job(api, request, upload, series);
       if (submitted++ > 0) return;
       first = job;
       id = frames == 0 ? job
-                       : loop_.ask<msg::Job>(request.sender, msg::ShowJob{0, job})
+                       : api.loop.ask<msg::Job>(request.sender, msg::ShowJob{0, job})
                              .job.at("series")
                              .get<JobId>();
     });
   } catch (const Problem& problem) {
     if (submitted == 0) throw;
-    throw Problem(problem.status(),
-                  std::string(problem.what()) + ": " + series_text(id, first) + " has " +
-                      place_text(submitted, frames) + ": cancel it" +
-                      (idempotency_key(request).empty()
-                           ? ""
-                           : ", or repeat the request with the same Idempotency-Key"),
-                  problem.exit_status(), problem.headers());
+    const std::string named =
+        id != 0 ? fmt::format("series {}", id) : fmt::format("the series of job {}", first);
+    const bool repeatable = !idempotency_key(request).empty();
+    throw Problem(
+        problem.status(),
+        fmt::format("{}: {} has {} of {} frames: cancel it{}", problem.what(), named, submitted,
+                    frames,
+                    repeatable ? ", or repeat the request with the same Idempotency-Key" : ""),
+        problem.exit_status(), problem.headers());
   }
-  if (!webhook.empty()) webhooks_.add(id, webhook);
+  if (!webhook.empty()) api.webhooks.add(id, webhook);
   json answer = {{"id", id}};
   if (frames > 0) answer["frames"] = frames;
   Reply reply = json_reply(answer, 201);
@@ -116,12 +108,19 @@ Reply Api::submit(const Request& request) {
   return reply;
 }
 
-Reply Api::plan(const Request& request) {
-  const json farm = loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{}).farm;
+Reply plan(Api& api, const Request& request) {
+  const json farm = api.loop.ask<msg::Farm>(request.sender, msg::ShowFarm{}).farm;
   const auto threads = farm.at("threads").get<std::size_t>();
-  json answer = uploads_.forecast(request, threads);
+  json answer = api.uploads.forecast(request, threads);
   answer["queue_seconds"] = threads > 0 ? farm.at("seconds_left") : json();
   return json_reply(answer);
+}
+
+}  // namespace
+
+void add_submitting(Api& api) {
+  api.add("POST", "/api/v1/jobs", submit);
+  api.add("POST", "/api/v1/plan", plan);
 }
 
 }  // namespace parray::http

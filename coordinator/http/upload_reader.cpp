@@ -7,6 +7,7 @@
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <type_traits>
@@ -27,11 +28,6 @@ using nlohmann::json;
 
 enum class OptionType : std::uint8_t { whole, real, text, boolean, flag, list };
 
-struct KnownOption {
-  std::string name;  ///< name of the option, with underscores instead of hyphens
-  OptionType kind;
-};
-
 template <typename Rule>
 constexpr OptionType type_of(const Rule& /*rule*/) {
   if constexpr (std::is_same_v<Rule, IntegerRange>) return OptionType::whole;
@@ -41,29 +37,25 @@ constexpr OptionType type_of(const Rule& /*rule*/) {
   return OptionType::list;
 }
 
-const std::vector<KnownOption>& known_options() {
-  static const std::vector<KnownOption> known = [] {
-    std::vector<KnownOption> options = {
+/// Returns the types of the options that this process knows. Their names have underscores instead
+/// of hyphens.
+const std::map<std::string, OptionType>& option_types() {
+  static const std::map<std::string, OptionType> known = [] {
+    std::map<std::string, OptionType> types = {
         {"name", OptionType::text},          {"priority", OptionType::whole},
         {"max_failures", OptionType::whole}, {"webhook", OptionType::text},
         {"preview_of", OptionType::whole},   {"denoise", OptionType::boolean},
         {"progressive", OptionType::flag}};
-    settings_fields([&options](const Setting& setting, const auto& rule) {
-      if (setting.help != nullptr) options.push_back({keyword_of(setting), type_of(rule)});
+    settings_fields([&types](const Setting& setting, const auto& rule) {
+      if (setting.help != nullptr) types.emplace(keyword_of(setting), type_of(rule));
     });
-    return options;
+    return types;
   }();
   return known;
 }
 
 [[noreturn]] void fail_option(const std::string& name, const std::string& problem) {
   throw Problem(422, "options: /" + printable(name) + ": " + problem, 2);
-}
-
-/// Returns the type of an option that this process knows.
-std::optional<OptionType> kind_of(const std::string& name) {
-  const auto found = std::ranges::find(known_options(), name, &KnownOption::name);
-  return found == known_options().end() ? std::nullopt : std::optional(found->kind);
 }
 
 /// Returns the option of the command line. Throws Problem if the name could mean anything else.
@@ -85,13 +77,12 @@ std::string option_named(const std::string& name) {
   return words;
 }
 
-/// Returns the text of an option that only parray-http-child knows.
+/// Returns the value as it stands on the command line.
 std::string text_of_value(const std::string& name, const json& value) {
   if (value.is_string()) {
-    if (value.get_ref<const std::string&>().empty()) {
-      fail_option(name, "use a string that is not empty");
-    }
-    return value.get<std::string>();
+    auto given = value.get<std::string>();
+    if (given.empty()) fail_option(name, "use a string that is not empty");
+    return given;
   }
   if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
   if (value.is_number()) return whole_in(value) ? std::to_string(*whole_in(value)) : value.dump();
@@ -122,44 +113,33 @@ void add_representations(const json& value, std::vector<std::string>& words) {
   }
 }
 
-std::string list_text(const std::string& name, const json& value) {
-  std::string text;
-  for (const json& item : value) {
-    const auto number = whole_in(item);
-    if (!number) fail_option(name, "use whole numbers");
-    text += (text.empty() ? "" : ",") + std::to_string(*number);
+/// Throws Problem if a value has not the type of its option.
+void check_type(const std::string& name, OptionType type, const json& value) {
+  const auto require = [&](bool fits, const char* advice) {
+    if (!fits) fail_option(name, advice);
+  };
+  const auto whole = [](const json& item) { return whole_in(item).has_value(); };
+  switch (type) {
+    case OptionType::whole: require(value.is_number(), "use a whole number"); break;
+    case OptionType::real: require(value.is_number(), "use a number"); break;
+    case OptionType::text: require(value.is_string(), "use a string that is not empty"); break;
+    case OptionType::boolean:
+    case OptionType::flag: require(value.is_boolean(), "write true or false"); break;
+    case OptionType::list:
+      require(value.is_array() && !value.empty(), "use a list of whole numbers");
+      require(std::all_of(value.begin(), value.end(), whole), "use whole numbers");
   }
-  return text;
 }
 
 /// Returns the argument of the command line; "" for a flag that is false.
 std::string word_of(const std::string& name, const json& value) {
   const std::string option = option_named(name);
-  const auto kind = kind_of(name);
-  if (!kind) return option + "=" + text_of_value(name, value);
-  switch (*kind) {
-    case OptionType::whole:
-      if (!value.is_number()) fail_option(name, "use a whole number");
-      return option + "=" + (whole_in(value) ? std::to_string(*whole_in(value)) : value.dump());
-    case OptionType::real:
-      if (!value.is_number()) fail_option(name, "use a number");
-      return option + "=" + value.dump();
-    case OptionType::text:
-      if (!value.is_string() || value.get_ref<const std::string&>().empty()) {
-        fail_option(name, "use a string that is not empty");
-      }
-      return option + "=" + value.get<std::string>();
-    case OptionType::boolean:
-      if (!value.is_boolean()) fail_option(name, "write true or false");
-      return option + (value.get<bool>() ? "=on" : "=off");
-    case OptionType::flag:
-      if (!value.is_boolean()) fail_option(name, "write true or false");
-      return value.get<bool>() ? option : "";
-    case OptionType::list:
-      if (!value.is_array() || value.empty()) fail_option(name, "use a list of whole numbers");
-      return option + "=" + list_text(name, value);
-  }
-  return "";
+  const auto known = option_types().find(name);
+  if (known == option_types().end()) return option + "=" + text_of_value(name, value);
+  const OptionType type = known->second;
+  check_type(name, type, value);
+  if (type == OptionType::flag) return value.get<bool>() ? option : "";
+  return option + "=" + (type == OptionType::real ? value.dump() : text_of_value(name, value));
 }
 
 [[noreturn]] void fail_storing() {
@@ -289,30 +269,26 @@ std::optional<std::uint64_t> whole_in(const json& value) {
   return whole ? std::optional(static_cast<std::uint64_t>(number)) : std::nullopt;
 }
 
-std::uint64_t preview_in_options(const std::string& options) {
-  const json map = json::parse(options, nullptr, false);
-  if (!map.is_object() || !map.contains("preview_of")) return 0;
-  const auto job = whole_in(map.at("preview_of"));
-  if (!job || *job == 0) fail_option("preview_of", "use the number of a job");
-  return *job;
-}
-
-std::vector<std::string> words_of_options(const std::string& options, std::string& webhook) {
-  if (options.empty()) return {};
-  const json map = json::parse(options, nullptr, false);
+RequestOptions read_options(const std::string& text) {
+  RequestOptions options;
+  if (text.empty()) return options;
+  const json map = json::parse(text, nullptr, false);
   if (!map.is_object()) throw Problem(422, "options: not a JSON map: send {\"spp\": 100}", 2);
-  std::vector<std::string> words;
   for (const auto& [name, value] : map.items()) {
     if (name == "show") continue;
     const std::string word = word_of(name, value);
     if (name == "webhook") {
-      webhook = value.get<std::string>();
+      options.webhook = value.get<std::string>();
     } else if (!word.empty() && name != "preview_of") {
-      words.push_back(word);
+      options.words.push_back(word);
     }
   }
-  if (map.contains("show")) add_representations(map.at("show"), words);
-  return words;
+  if (map.contains("show")) add_representations(map.at("show"), options.words);
+  if (map.contains("preview_of")) {
+    options.preview_of = whole_in(map.at("preview_of")).value_or(0);
+    if (options.preview_of == 0) fail_option("preview_of", "use the number of a job");
+  }
+  return options;
 }
 
 std::string message_about_options(const std::string& message,
@@ -362,12 +338,10 @@ std::string time_limit_message(const ChildEnd& end, const ChildLimits& limits) {
 
 /// A request whose parts lie in a directory.
 struct UploadReader::Received {
-  fs::path files;                  ///< directory of the parts; its parent is for results
-  std::string scene;               ///< file name
-  std::vector<std::string> words;  ///< options as arguments of the command line
-  std::string webhook;
+  fs::path files;     ///< directory of the parts; its parent is for results
+  std::string scene;  ///< file name
+  RequestOptions options;
   std::string digest;
-  std::uint64_t preview_of = 0;  ///< 0: of none
 };
 
 /// Receives the request and calls `work`, whose entry may wait for places of child processes.
@@ -381,17 +355,13 @@ void UploadReader::with_parts(const Request& request, const Work& work) {
   std::optional<Places::Entry> receiving;
   if (!request.is_whole) receiving.emplace(uploads_, owner_of(request));
   const OwnedPath directory = work_directory(directory_);
-  Received received{directory.path() / "parts", {}, {}, {}, {}};
-  fs::create_directory(received.files);
-  Parts parts(received.files, limits_);
+  const fs::path files = directory.path() / "parts";
+  fs::create_directory(files);
+  Parts parts(files, limits_);
   request.read_body(parts, form);
   receiving.reset();
   const Places::Entry entry(places_, owner_of(request));
-  received.scene = parts.scene();
-  received.words = words_of_options(parts.options(), received.webhook);
-  received.preview_of = preview_in_options(parts.options());
-  received.digest = parts.digest();
-  work(received, entry);
+  work({files, parts.scene(), read_options(parts.options()), parts.digest()}, entry);
 }
 
 void UploadReader::receive(const Request& request, const std::function<void(Upload&)>& take) {
@@ -411,8 +381,8 @@ void UploadReader::receive(const Request& request, const std::function<void(Uplo
       for (std::size_t i = 0; i < jobs && place < frames; ++i, ++place) {
         Upload upload = read_job(made, i);
         upload.place = place;
-        upload.submit.preview_of = received.preview_of;
-        upload.webhook = received.webhook;
+        upload.submit.preview_of = received.options.preview_of;
+        upload.webhook = received.options.webhook;
         upload.digest = received.digest;
         take(upload);
       }
@@ -439,11 +409,26 @@ void UploadReader::run(const Received& received, std::vector<std::string> before
                        const char* command, std::size_t more_seconds) const {
   std::vector<std::string> words = std::move(before);
   words.insert(words.end(), {command, received.scene});
-  words.insert(words.end(), received.words.begin(), received.words.end());
+  const std::vector<std::string>& options = received.options.words;
+  words.insert(words.end(), options.begin(), options.end());
   ChildLimits limits = limits_.child;
   limits.seconds += more_seconds;
   const ChildEnd end = runner_.run(words, received.files, limits);
-  if (end.status != 0) fail(end, limits, received.words);
+  if (end.status == 0) return;
+  std::error_code ignored;
+  constexpr std::uintmax_t too_little = 1 << 16;  // for its message
+  if (end.message.empty() && fs::space(directory_, ignored).available < too_little) fail_storing();
+  if (end.timed_out) throw Problem(422, time_limit_message(end, limits), 2);
+  if (end.status == 2) throw Problem(422, message_about_options(end.message, options), 2);
+  const bool says_so = end.message == "out of memory" || end.message.starts_with("libgomp");
+  if (end.status == 1 && !says_so && !end.message.empty()) throw Problem(500, end.message, 1);
+  throw Problem(422,
+                fmt::format("{} {:g} GiB of memory, the limit of this server: send a smaller "
+                            "scene, or raise --http-scene-memory of parray-coordinator",
+                            says_so ? "reading the scene took more than"
+                                    : "reading the scene ended abruptly. It may need more than",
+                            static_cast<double>(limits.memory) * 0x1p-30),
+                2);
 }
 
 /// Reads the message `submit` with that number of the present batch.
@@ -454,7 +439,7 @@ Upload UploadReader::read_job(const fs::path& made, std::size_t number) const {
     const fs::path bulk = made / ("bulk-" + std::to_string(number));
     constexpr Time patience = seconds(20);
     const std::uint64_t bytes = fs::file_size(control) + fs::file_size(bulk);
-    upload.memory.emplace(memory_.hold(2 * bytes, patience, "another scene"));
+    upload.memory = memory_.hold(2 * bytes, patience, "another scene");
     Message message =
         decode({Frame(read_file(control).value_or("")), Frame(read_file(bulk).value_or(""))});
     upload.submit = std::move(std::get<msg::Submit>(message));
@@ -465,27 +450,6 @@ Upload UploadReader::read_job(const fs::path& made, std::size_t number) const {
     throw RunError(std::string("the output of the scene reader cannot be read: ") + error.what());
   }
   return upload;
-}
-
-void UploadReader::fail(const ChildEnd& end, const ChildLimits& limits,
-                        const std::vector<std::string>& words) const {
-  std::error_code ignored;
-  constexpr std::uintmax_t too_little = 1 << 16;  // for its message
-  if (end.message.empty() && fs::space(directory_, ignored).available < too_little) fail_storing();
-  if (end.timed_out) throw Problem(422, time_limit_message(end, limits), 2);
-  if (end.status == 2) throw Problem(422, message_about_options(end.message, words), 2);
-  if (end.status == 1 && end.message != "out of memory" && !end.message.empty() &&
-      !end.message.starts_with("libgomp")) {
-    throw Problem(500, end.message, 1);
-  }
-  const bool says_so = end.message == "out of memory" || end.message.starts_with("libgomp");
-  throw Problem(422,
-                fmt::format("{} {:g} GiB of memory, the limit of this server: send a smaller "
-                            "scene, or raise --http-scene-memory of parray-coordinator",
-                            says_so ? "reading the scene took more than"
-                                    : "reading the scene ended abruptly. It may need more than",
-                            static_cast<double>(limits.memory) * 0x1p-30),
-                2);
 }
 
 }  // namespace parray::http

@@ -28,28 +28,29 @@ struct UploadLimits {
 
 /// A job of an upload: its only one, or a frame of a series.
 struct Upload {
-  msg::Submit submit;                  ///< `frames` 0: the only job
-  std::size_t place = 0;               ///< place of the frame, from 0
-  std::string webhook;                 ///< address of the webhook; empty: none
-  std::optional<Budget::Hold> memory;  ///< holds the memory of `submit`
-  std::string digest;                  ///< SHA-256 of names and contents of all parts
+  msg::Submit submit;     ///< `frames` 0: the only job
+  std::size_t place = 0;  ///< place of the frame, from 0
+  std::string webhook;    ///< address of the webhook; empty: none
+  Budget::Hold memory;    ///< holds the memory of `submit`
+  std::string digest;     ///< SHA-256 of names and contents of all parts
 };
 
 /// Returns the value if it is a whole number >= 0. JSON does not distinguish 20 from 20.0.
 std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 
-/// Returns the option `preview_of` of a request: the job of which the submitted one is the quick
-/// look; 0: none. Throws Problem 422.
-std::uint64_t preview_in_options(const std::string& options);
+/// The `options` of a request.
+struct RequestOptions {
+  std::vector<std::string> words;  ///< as arguments of the command line
+  std::string webhook;             ///< address of the webhook; empty: none
+  std::uint64_t preview_of = 0;    ///< the job of which this one is the quick look; 0: none
+};
+/// Reads options from a JSON map. Checks the types of settings; parray-http-child checks everything
+/// else. Throws Problem 422 with the option in its message.
+RequestOptions read_options(const std::string& text);
 
-/// Converts the `options` of a request, a JSON map, to arguments of the command line. Leaves out
-/// `preview_of` and `webhook`, and stores the latter in `webhook`. Checks the types of settings;
-/// parray-http-child checks everything else. Throws Problem 422 with the option in its message.
-std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
-
-/// Translates a message of parray-http-child for the client. `words`: the result of
-/// words_of_options(). If the message begins with an option of `words`, or with a file's name and
-/// then such an option, a JSON pointer replaces the option: "--spp: ..." becomes "options: /spp:
+/// Translates a message of parray-http-child for the client. `words`: those of RequestOptions. If
+/// the message begins with an option of `words`, or with a file's name and then such an option, a
+/// JSON pointer replaces the option: "--spp: ..." becomes "options: /spp:
 /// ...". Also removes the advice to see the help of parray.
 std::string message_about_options(const std::string& message,
                                   const std::vector<std::string>& words);
@@ -62,15 +63,14 @@ std::string time_limit_message(const ChildEnd& end, const ChildLimits& limits);
 /// these messages and the options. Callable from any thread.
 class UploadReader {
  public:
-  /// `places`: limits the children. `memory`: limits scenes on their way to the loop. `directory`:
-  /// for directories of requests. All references must outlive this object.
-  UploadReader(const ChildRunner& runner, Places& places, Budget& memory,
-               std::filesystem::path directory, UploadLimits limits)
-      : runner_(runner),
-        places_(places),
-        memory_(memory),
-        directory_(std::move(directory)),
-        limits_(limits) {}
+  /// `memory`: limits scenes on their way to the loop. `directory`: for directories of requests.
+  /// All references must outlive this object.
+  UploadReader(const ChildRunner& runner, Budget& memory, std::filesystem::path directory,
+               UploadLimits limits)
+      : runner_(runner), memory_(memory), directory_(std::move(directory)), limits_(limits) {}
+
+  /// Makes all requests fail that wait for a child process.
+  void stop() { places_.stop(); }
 
   /// Receives and reads the request's scene and options. Calls `take` with each of its jobs, in the
   /// order of their frames, as soon as it is read. Throws Problem, RunError, and what `take`
@@ -88,12 +88,11 @@ class UploadReader {
   void run(const Received& received, std::vector<std::string> before, const char* command,
            std::size_t more_seconds) const;
   Upload read_job(const std::filesystem::path& made, std::size_t number) const;
-  [[noreturn]] void fail(const ChildEnd& end, const ChildLimits& limits,
-                         const std::vector<std::string>& words) const;
 
   const ChildRunner& runner_;
   Places uploads_{"uploads", {.inside = most_uploads, .one_inside = 16}};
-  Places& places_;
+  /// For children.
+  Places places_{"scenes", {.places = 3, .of_one = 2, .inside = 24, .one_inside = 16}};
   Budget& memory_;
   const std::filesystem::path directory_;
   const UploadLimits limits_;

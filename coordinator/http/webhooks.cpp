@@ -1,8 +1,10 @@
 #include "coordinator/http/webhooks.h"
 
 #include <arpa/inet.h>
+#include <httplib.h>
 
 #include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -48,6 +50,21 @@ std::optional<WebhookUrl> webhook_url(const std::string& text) {
   const bool named = numeric ? found && inet_pton(AF_INET6, url.host.c_str(), &address) == 1
                              : !url.host.empty() && url.host.find('@') == std::string::npos;
   return clean && named ? std::optional(std::move(url)) : std::nullopt;
+}
+
+bool post_webhook(const WebhookUrl& url, const std::string& body) {
+  // httplib::Client does not accept IPv6 addresses.
+  const std::unique_ptr<httplib::ClientImpl> client =
+      url.secure ? std::make_unique<httplib::SSLClient>(url.host, url.port)
+                 : std::make_unique<httplib::ClientImpl>(url.host, url.port);
+  client->set_connection_timeout(5);
+  client->set_read_timeout(10);
+  client->set_write_timeout(10);
+  client->set_follow_location(false);
+  const httplib::Result result =
+      client->Post(url.path, {{"Host", url.authority}, {"User-Agent", "ParRay/" PARRAY_VERSION}},
+                   body, "application/json");
+  return result && result->status >= 200 && result->status < 300;
 }
 
 Webhooks::Webhooks(LoopClient& loop, std::vector<std::string> hosts, const std::string& pending,
@@ -101,7 +118,7 @@ void Webhooks::add(JobId job, const std::string& url) {
   const SteadyClock clock;
   const Time end = clock.now() + longest;
   while (kept.valid() && kept.wait_for(milliseconds(10)) != std::future_status::ready) {
-    if (stopped()) {
+    if (stopped_) {
       throw Problem(503, "the coordinator is stopping, and the webhook of job " +
                              std::to_string(job) + " may be lost: ask for the job's state later");
     }
@@ -115,11 +132,6 @@ std::future<void> Webhooks::save() const {
   std::string text;
   for (const auto& [job, hook] : hooks_) text += std::to_string(job) + " " + hook.url + "\n";
   return keep_(std::move(text));
-}
-
-bool Webhooks::stopped() {
-  const std::scoped_lock lock(mutex_);
-  return stopped_;
 }
 
 void Webhooks::stop() {
@@ -144,17 +156,17 @@ void Webhooks::run() {
       // The loop is busy or stopping: the next round asks again.
     }
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, seconds(1), [this] { return stopped_; });
+    changed_.wait_for(lock, seconds(1), [this] { return stopped_.load(); });
   }
 }
 
 void Webhooks::deliver_due(Time now) {
-  constexpr std::size_t most_at_once = 50;  // jobs per round
+  constexpr std::size_t most_due = 50;  // jobs per round
   std::map<JobId, Hook> due;
   {
     const std::scoped_lock lock(mutex_);
     for (const auto& [job, hook] : hooks_) {
-      if (hook.next_at <= now && due.size() < most_at_once) due.emplace(job, hook);
+      if (hook.next_at <= now && due.size() < most_due) due.emplace(job, hook);
     }
   }
   for (auto& [job, hook] : due) {

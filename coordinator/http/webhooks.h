@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -71,17 +72,16 @@ class Webhooks {
   void deliver_due(Time now);
   bool deliver(JobId job, Hook& hook, Time now);
   [[nodiscard]] std::future<void> save() const;
-  [[nodiscard]] bool stopped();
 
   LoopClient& loop_;
   const std::vector<std::string> hosts_;
   const Keep keep_;
   const Post post_;
-  std::mutex mutex_;  // guards hooks_, added_, stopped_ and the order of what is stored
+  std::mutex mutex_;  // guards hooks_, added_ and the order of what is stored
   std::condition_variable changed_;
   std::map<JobId, Hook> hooks_;
-  std::uint64_t added_ = 0;  ///< calls of add()
-  bool stopped_ = false;
+  std::uint64_t added_ = 0;            ///< calls of add()
+  std::atomic<bool> stopped_ = false;  ///< set under mutex_
   std::thread thread_;
 };
 

@@ -4,19 +4,11 @@
 
 namespace parray::http {
 
-class HttpService::Impl {};
-
-HttpService::HttpService(const Options& /*options*/, InprocHub& /*hub*/,
-                         std::shared_ptr<spdlog::logger> /*log*/) {
+HttpService serve_http(const Options& /*options*/, InprocHub& /*hub*/,
+                       const std::shared_ptr<spdlog::logger>& /*log*/) {
   throw InputError(
       "--http: this program was built without HTTP: install libcpp-httplib-dev, and build ParRay "
       "again with -DPARRAY_HTTP=ON");
-}
-HttpService::~HttpService() = default;
-void HttpService::start() {}
-const std::string& HttpService::address() const {
-  static const std::string none;
-  return none;
 }
 
 }  // namespace parray::http

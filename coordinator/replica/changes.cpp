@@ -22,25 +22,10 @@ std::string Changes::take() {
   return std::exchange(bytes_, {});
 }
 
-void Changes::put_job(const JobRecord& job) {
-  add(ChangeKind::job, job.id, {}, record_to_json(job));
-}
-void Changes::put_scene(const std::string& digest, std::string_view bytes) {
-  add(ChangeKind::scene, 0, digest, bytes);
-}
-void Changes::append_rows(JobId job, std::string_view entry) {
-  add(ChangeKind::rows, job, {}, entry);
-}
 void Changes::keep_rows(JobId job, std::uint64_t entries) {
   ByteWriter count;
   count.put(entries);
   add(ChangeKind::keep_rows, job, {}, count.take());
-}
-void Changes::put_picture(JobId job, std::span<const std::string_view> pieces) {
-  add(ChangeKind::picture, job, {}, pieces);
-}
-void Changes::put_note(const std::string& name, std::string_view text) {
-  add(ChangeKind::note, 0, name, text);
 }
 
 std::size_t apply_first(std::string_view changes, Store& store) {

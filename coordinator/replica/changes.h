@@ -33,15 +33,21 @@ enum class ChangeKind : std::uint8_t {
 /// with the same name.
 class Changes {
  public:
-  void put_job(const JobRecord& job);
-  void put_scene(const std::string& digest, std::string_view bytes);
-  void append_rows(JobId job, std::string_view entry);
+  void put_job(const JobRecord& job) { add(ChangeKind::job, job.id, {}, record_to_json(job)); }
+  void put_scene(const std::string& digest, std::string_view bytes) {
+    add(ChangeKind::scene, 0, digest, bytes);
+  }
+  void append_rows(JobId job, std::string_view entry) { add(ChangeKind::rows, job, {}, entry); }
   void drop_rows(JobId job) { add(ChangeKind::drop_rows, job); }
   void keep_rows(JobId job, std::uint64_t entries);
-  void put_picture(JobId job, std::span<const std::string_view> pieces);
+  void put_picture(JobId job, std::span<const std::string_view> pieces) {
+    add(ChangeKind::picture, job, {}, pieces);
+  }
   void drop_work(JobId job) { add(ChangeKind::drop_work, job); }
   void drop_job(JobId job) { add(ChangeKind::drop_job, job); }
-  void put_note(const std::string& name, std::string_view text);
+  void put_note(const std::string& name, std::string_view text) {
+    add(ChangeKind::note, 0, name, text);
+  }
 
   [[nodiscard]] std::size_t size() const { return size_; }  ///< bytes of all changes
   std::string take();  ///< returns all changes as one batch and forgets them

@@ -98,9 +98,7 @@ std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& reque
 }
 
 ReplicaReply Replica::begin_copy(const ReplicaRequest& request) {
-  if (!awaits_copy_) {
-    return {};  // a repeated request
-  }
+  if (!awaits_copy_) return {};  // a repeated request
   applying_ = true;
   for (const JobRecord& job : store_.jobs()) store_.drop_job(job.id);
   for (const auto& [name, text] : store_.notes()) store_.put_note(name, "");

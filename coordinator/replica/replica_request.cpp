@@ -9,76 +9,65 @@ namespace {
 constexpr std::uint32_t request_mark = 0x01415250;  // "PRA", version 1
 constexpr std::uint32_t reply_mark = 0x01425250;    // "PRB"
 
-std::string with_checksum(ByteWriter writer) {
+/// Writes or reads the numbers before the bytes: `f` is a ByteWriter or a ByteReader.
+void numbers(auto& f, auto& head) {
+  f.numbers(head.session, head.number, head.kind);
+  if constexpr (requires { head.position; }) {  // a request
+    auto& [history, generation, sequence] = head.position;
+    f.numbers(history, generation, sequence, head.offset, head.checksum, head.whole);
+  } else {
+    f.numbers(head.value);
+  }
+}
+
+std::string encoded(std::uint32_t mark, const auto& head, std::string_view bytes) {
+  ByteWriter writer;
+  writer.reserve(bytes.size() + 100);
+  writer.put(mark);
+  numbers(writer, head);
+  writer.put_bytes(bytes);
   std::string message = writer.take();
   ByteWriter end;
   end.put(checksum_of(message));
   return message + end.take();
 }
 
-/// Checks mark and checksum and returns the bytes between them.
-std::string_view checked_content(std::string_view message, std::uint32_t mark) {
+/// Checks mark and checksum, and reads the numbers into `head`. `last`: the last known kind.
+/// Returns the bytes behind the numbers.
+std::string_view decode(std::string_view message, std::uint32_t mark, auto& head, auto last) {
   if (message.size() < sizeof mark + sizeof(std::uint64_t)) throw DecodeError("data ends early");
   const std::string_view content = message.substr(0, message.size() - sizeof(std::uint64_t));
-  ByteReader end(message.substr(content.size()));
-  if (end.get<std::uint64_t>() != checksum_of(content)) {
+  if (ByteReader(message.substr(content.size())).get<std::uint64_t>() != checksum_of(content)) {
     throw ChecksumError("the message fails its checksum");
   }
-  ByteReader begin(content);
-  if (begin.get<std::uint32_t>() != mark) throw DecodeError("a message of another kind or version");
-  return content.substr(sizeof mark);
-}
-
-// The numbers before the bytes, for both directions: `f` is a ByteWriter or a ByteReader.
-
-void request_numbers(auto& f, auto& request) {
-  auto& [history, generation, sequence] = request.position;
-  f.numbers(request.session, request.number, request.kind, history, generation, sequence,
-            request.offset, request.checksum, request.whole);
-}
-
-void reply_numbers(auto& f, auto& reply) {
-  f.numbers(reply.session, reply.number, reply.kind, reply.value);
-}
-
-void check_kind(auto kind, auto last) {
-  if (static_cast<int>(kind) < 1 || kind > last) throw DecodeError("a message of no known kind");
+  ByteReader reader(content);
+  if (reader.get<std::uint32_t>() != mark) {
+    throw DecodeError("a message of another kind or version");
+  }
+  numbers(reader, head);
+  if (static_cast<int>(head.kind) < 1 || head.kind > last) {
+    throw DecodeError("a message of no known kind");
+  }
+  return reader.get_bytes(reader.left());
 }
 
 }  // namespace
 
 std::string encode(const ReplicaRequest& request) {
-  ByteWriter writer;
-  writer.reserve(request.bytes.size() + 100);
-  writer.put(request_mark);
-  request_numbers(writer, request);
-  writer.put_bytes(request.bytes);
-  return with_checksum(std::move(writer));
+  return encoded(request_mark, request, request.bytes);
 }
 
+std::string encode(const ReplicaReply& answer) { return encoded(reply_mark, answer, answer.text); }
+
 ReplicaRequest decode_request(std::string_view message) {
-  ByteReader reader(checked_content(message, request_mark));
   ReplicaRequest request;
-  request_numbers(reader, request);
-  check_kind(request.kind, ReplicaRequestKind::picture);
-  request.bytes = reader.get_bytes(reader.left());
+  request.bytes = decode(message, request_mark, request, ReplicaRequestKind::picture);
   return request;
 }
 
-std::string encode(const ReplicaReply& answer) {
-  ByteWriter writer;
-  writer.put(reply_mark);
-  reply_numbers(writer, answer);
-  writer.put_bytes(answer.text);
-  return with_checksum(std::move(writer));
-}
-
 ReplicaReply decode_reply(std::string_view message) {
-  ByteReader reader(checked_content(message, reply_mark));
   ReplicaReply answer;
-  reply_numbers(reader, answer);
-  check_kind(answer.kind, ReplicaReplyKind::no_picture);
-  answer.text = reader.get_bytes(reader.left());
+  answer.text = decode(message, reply_mark, answer, ReplicaReplyKind::no_picture);
   return answer;
 }
 

@@ -1,6 +1,5 @@
 #include "coordinator/replica/replica_thread.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "proto/clock.h"
@@ -41,16 +40,6 @@ std::optional<ReplicaReply> ReplicaThread::call(ReplicaRequest request) {
   request_.clear();
   if (failure_) std::rethrow_exception(failure_);
   return std::exchange(answer_, {});
-}
-
-bool ReplicaThread::session_lost() const {
-  const std::scoped_lock lock(mutex_);
-  return session_lost_;
-}
-
-bool ReplicaThread::fenced() const {
-  const std::scoped_lock lock(mutex_);
-  return fenced_;
 }
 
 void ReplicaThread::run() {

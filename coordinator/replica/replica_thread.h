@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <exception>
 #include <memory>
@@ -26,10 +27,10 @@ class ReplicaThread final : public ReplicaConnection {
   /// answer the previous call, 0.3 s replace the 3 s, so that the caller can do other work. Throws
   /// what the link has thrown.
   std::optional<ReplicaReply> call(ReplicaRequest request) override;
-  [[nodiscard]] bool session_lost() const override;
+  [[nodiscard]] bool session_lost() const override { return session_lost_; }
   [[nodiscard]] const std::string& address() const override { return address_; }
   /// Whether the standby has replied that a later generation serves. Thread-safe.
-  [[nodiscard]] bool fenced() const;
+  [[nodiscard]] bool fenced() const { return fenced_; }
 
  private:
   void run();
@@ -39,16 +40,16 @@ class ReplicaThread final : public ReplicaConnection {
   const std::unique_ptr<Link> link_;
   const std::string address_;
 
-  mutable std::mutex mutex_;  // guards the members from here to quit_
+  std::mutex mutex_;  // guards the members from here to quit_; the atomic ones change under it
   std::condition_variable changed_;
   std::string request_;  ///< request without a reply; empty: none
   Time send_at_{};
   std::optional<ReplicaReply> answer_;
   std::uint64_t number_ = 0;
   ReplicaRequest ping_;  ///< its session is that of the latest call
-  bool session_lost_ = false;
+  std::atomic<bool> session_lost_ = false;
   bool silent_ = false;
-  bool fenced_ = false;
+  std::atomic<bool> fenced_ = false;
   std::exception_ptr failure_;
   bool quit_ = false;
 

@@ -12,12 +12,6 @@ static constexpr std::size_t copy_bytes = std::size_t{32} << 20;
 ReplicatedStore::ReplicatedStore(Store& inner, ReplicaConnection& connection,
                                  std::function<std::uint64_t()> random)
     : inner_(inner), connection_(connection), random_(std::move(random)) {
-  begin_or_resume_generation();
-}
-
-/// Resumes at the position of the previous process if the store has it. Otherwise begins a new
-/// generation, of which no standby has a batch yet.
-void ReplicatedStore::begin_or_resume_generation() {
   replication_ = replication_state_of(inner_).value_or(
       ReplicationState{random_() | 1, 0, ReplicaRole::single});
   const std::optional<Position> kept = position_of(inner_, replication_);
@@ -26,6 +20,8 @@ void ReplicatedStore::begin_or_resume_generation() {
         "--replicate-to: --state holds an incomplete copy: start this coordinator with --standby, "
         "so that its primary completes the copy");
   }
+  // Resumes at the position of the previous process if the store has it. Otherwise begins a new
+  // generation, of which no standby has a batch yet.
   if (replication_.role == ReplicaRole::primary && kept) {
     position_ = marked_position_ = *kept;
     return;
@@ -35,35 +31,6 @@ void ReplicatedStore::begin_or_resume_generation() {
   put_position(inner_, position_);
   marked_position_ = position_;
   inner_.commit();  // before any standby receives the generation
-}
-
-void ReplicatedStore::put_job(const JobRecord& job) {
-  both([&](auto& to) { to.put_job(job); });
-}
-void ReplicatedStore::put_scene(const std::string& digest, std::string_view bytes) {
-  both([&](auto& to) { to.put_scene(digest, bytes); });
-}
-void ReplicatedStore::append_rows(JobId job, std::string entry) {
-  pending_.append_rows(job, entry);
-  inner_.append_rows(job, std::move(entry));
-}
-void ReplicatedStore::drop_rows(JobId job) {
-  both([&](auto& to) { to.drop_rows(job); });
-}
-void ReplicatedStore::keep_rows(JobId job, std::uint64_t entries) {
-  both([&](auto& to) { to.keep_rows(job, entries); });
-}
-void ReplicatedStore::put_picture(JobId job, std::span<const std::string_view> pieces) {
-  both([&](auto& to) { to.put_picture(job, pieces); });
-}
-void ReplicatedStore::drop_work(JobId job) {
-  both([&](auto& to) { to.drop_work(job); });
-}
-void ReplicatedStore::drop_job(JobId job) {
-  both([&](auto& to) { to.drop_job(job); });
-}
-void ReplicatedStore::put_note(const std::string& name, const std::string& text) {
-  both([&](auto& to) { to.put_note(name, text); });
 }
 
 /// Uses the current session only. A new session could send the standby a full copy, which would
@@ -87,12 +54,10 @@ std::string ReplicatedStore::fetch_picture(JobId job) {
   const std::string name = std::to_string(job);
   std::string whole;
   for (;;) {
-    ReplicaRequest next;
-    next.kind = ReplicaRequestKind::picture;
-    next.position = position_;
-    next.offset = whole.size();
-    next.bytes = name;
-    const ReplicaReply answer = call(next);
+    const ReplicaReply answer = call({.kind = ReplicaRequestKind::picture,
+                                      .position = position_,
+                                      .offset = whole.size(),
+                                      .bytes = name});
     if (answer.kind != ReplicaReplyKind::picture || answer.text.empty()) return {};
     whole += answer.text;
     if (whole.size() >= answer.value) return whole;
@@ -129,28 +94,23 @@ void ReplicatedStore::commit_sent_batch() {
 
 void ReplicatedStore::begin_session() {
   session_ = 0;
-  ReplicaRequest request;
-  request.session = random_() | 1;
-  request.kind = ReplicaRequestKind::begin_session;
-  request.position = position_;
+  const std::uint64_t session = random_() | 1;
   const std::string generations = encode_generations(replication_, position_);
-  request.bytes = generations;
-  const bool in_step = call(request).kind == ReplicaReplyKind::in_step;
-  if (in_step) {
-    session_ = request.session;
+  const ReplicaReply answer = call({.session = session,
+                                    .kind = ReplicaRequestKind::begin_session,
+                                    .position = position_,
+                                    .bytes = generations});
+  if (answer.kind == ReplicaReplyKind::in_step) {
+    session_ = session;
   } else {
-    copy_everything(request.session);
+    copy_everything(session);
     standby_is_ahead_ = true;
   }
 }
 
 /// Sends a full copy. It includes uncommitted changes.
 void ReplicatedStore::copy_everything(std::uint64_t session) {
-  ReplicaRequest begin;
-  begin.session = session;
-  begin.kind = ReplicaRequestKind::copy;
-  begin.position = position_;
-  call(begin);
+  call({.session = session, .kind = ReplicaRequestKind::copy, .position = position_});
   session_ = session;
   try {
     Changes changes;

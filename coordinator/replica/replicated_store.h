@@ -45,15 +45,26 @@ class ReplicatedStore final : public Store {
   ReplicatedStore(Store& inner, ReplicaConnection& connection,
                   std::function<std::uint64_t()> random);
 
-  void put_job(const JobRecord& job) override;
-  void put_scene(const std::string& digest, std::string_view bytes) override;
-  void append_rows(JobId job, std::string entry) override;
-  void drop_rows(JobId job) override;
-  void keep_rows(JobId job, std::uint64_t entries) override;
-  void put_picture(JobId job, std::span<const std::string_view> pieces) override;
-  void drop_work(JobId job) override;
-  void drop_job(JobId job) override;
-  void put_note(const std::string& name, const std::string& text) override;
+  void put_job(const JobRecord& job) override { both(&Store::put_job, &Changes::put_job, job); }
+  void put_scene(const std::string& digest, std::string_view bytes) override {
+    both(&Store::put_scene, &Changes::put_scene, digest, bytes);
+  }
+  void append_rows(JobId job, std::string entry) override {
+    pending_.append_rows(job, entry);
+    inner_.append_rows(job, std::move(entry));
+  }
+  void drop_rows(JobId job) override { both(&Store::drop_rows, &Changes::drop_rows, job); }
+  void keep_rows(JobId job, std::uint64_t entries) override {
+    both(&Store::keep_rows, &Changes::keep_rows, job, entries);
+  }
+  void put_picture(JobId job, std::span<const std::string_view> pieces) override {
+    both(&Store::put_picture, &Changes::put_picture, job, pieces);
+  }
+  void drop_work(JobId job) override { both(&Store::drop_work, &Changes::drop_work, job); }
+  void drop_job(JobId job) override { both(&Store::drop_job, &Changes::drop_job, job); }
+  void put_note(const std::string& name, const std::string& text) override {
+    both(&Store::put_note, &Changes::put_note, name, text);
+  }
   void put_mark(const std::string& text) override { inner_.put_mark(text); }
   void put_reached_mark(const std::string& text) override { inner_.put_reached_mark(text); }
   void commit() override;
@@ -74,12 +85,11 @@ class ReplicatedStore final : public Store {
   bool restore_picture(JobId job) override;
 
  private:
-  /// Calls `put` with the inner store and with the changes for the standby.
-  void both(const auto& put) {
-    put(inner_);
-    put(pending_);
+  /// Calls a member of the inner store, and then the one of the changes for the standby.
+  void both(auto of_store, auto of_changes, const auto&... arguments) {
+    (inner_.*of_store)(arguments...);
+    (pending_.*of_changes)(arguments...);
   }
-  void begin_or_resume_generation();
   void commit_sent_batch();
   void begin_session();
   void copy_everything(std::uint64_t session);

@@ -2,13 +2,15 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <thread>
 
 #include "common/log/logger.h"
 #include "coordinator/replica/replica_thread.h"
 #include "coordinator/replica/replicated_store.h"
-#include "coordinator/replica/standby_loop.h"
 #include "proto/clock.h"
+#include "proto/zmq_link.h"
 
 namespace parray::replica {
 
@@ -50,7 +52,8 @@ class StateOwner {
   std::unique_ptr<Store> disk_;
   std::unique_ptr<ReplicaThread> connection_;
   std::unique_ptr<ReplicatedStore> replicated_;
-  std::unique_ptr<Fence> fence_;
+  std::optional<ZmqServer> standby_;  ///< where a primary calls this standby
+  std::jthread fence_;  ///< after a takeover, answers each request of the old primary with `fenced`
 };
 
 }  // namespace parray::replica

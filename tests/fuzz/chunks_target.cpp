@@ -1,5 +1,5 @@
-#include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/exchange.h"
+#include "coordinator/http/framing.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/rooms.h"
 

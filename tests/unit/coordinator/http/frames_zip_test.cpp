@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "common/base/error.h"
-#include "coordinator/http/request_counts.h"
+#include "coordinator/http/metrics.h"
 #include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 

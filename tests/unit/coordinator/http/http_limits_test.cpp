@@ -8,11 +8,10 @@
 
 #include "common/base/error.h"
 #include "coordinator/http/budget.h"
-#include "coordinator/http/chunk_decoder.h"
+#include "coordinator/http/connection.h"
 #include "coordinator/http/exchange.h"
-#include "coordinator/http/pace.h"
+#include "coordinator/http/framing.h"
 #include "coordinator/http/places.h"
-#include "coordinator/http/request_head.h"
 #include "coordinator/http/seats.h"
 #include "coordinator/http/turns.h"
 #include "coordinator/loop/submit_token.h"

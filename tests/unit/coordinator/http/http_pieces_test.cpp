@@ -62,8 +62,8 @@ std::string detail_of_problem(const Work& work) {
 Router sample_router() {
   Router router;
   const auto named = [](const char* name) {
-    return [name](const Request&, const std::vector<std::string>& arguments) {
-      return text_reply(name + (arguments.empty() ? "" : " " + arguments.front()));
+    return [name](const Request& asked) {
+      return text_reply(name + (asked.arguments.empty() ? "" : " " + asked.arguments.front()));
     };
   };
   router.add("GET", "/", named("page"));
@@ -75,9 +75,10 @@ Router sample_router() {
   return router;
 }
 
-std::string answered(const Router& router, const Request& asked) {
+std::string answered(const Router& router, Request asked) {
   const Router::Match match = router.find(asked);
-  return *(*match.handler)(asked, match.arguments).body;
+  asked.arguments = match.arguments;
+  return *match.route->answer(asked).body;
 }
 
 TEST_CASE("the router finds the handler of a method and a path") {
@@ -214,16 +215,15 @@ TEST_CASE("with keys a request needs a token, and any origin is permitted") {
 }
 
 TEST_CASE("options become arguments of the command line, according to name and type") {
-  std::string webhook;
-  const auto words = words_of_options(
+  const RequestOptions options = read_options(
       R"({"adaptive": false, "name": "two  words", "passes": [1, 20.0], "progressive": true,
-          "row_order": "auto", "spp": 7, "target_error": 0.01, "webhook": "http://a/b"})",
-      webhook);
-  CHECK(words == std::vector<std::string>{"--adaptive=off", "--name=two  words", "--passes=1,20",
-                                          "--progressive", "--row-order=auto", "--spp=7",
-                                          "--target-error=0.01"});
-  CHECK(webhook == "http://a/b");
-  CHECK(words_of_options("", webhook).empty());
+          "row_order": "auto", "spp": 7, "target_error": 0.01, "webhook": "http://a/b"})");
+  CHECK(options.words == std::vector<std::string>{"--adaptive=off", "--name=two  words",
+                                                  "--passes=1,20", "--progressive",
+                                                  "--row-order=auto", "--spp=7",
+                                                  "--target-error=0.01"});
+  CHECK(options.webhook == "http://a/b");
+  CHECK(read_options("").words.empty());
   for (const char* bad : {"[]",
                           "{",
                           "7",
@@ -245,18 +245,17 @@ TEST_CASE("options become arguments of the command line, according to name and t
                           "{\"range\": [[1], 2]}",
                           "{\"show\": 3}",
                           "{\"show\": [{\"color_by\": \"z\"}]}"}) {
-    CHECK_MESSAGE(status_of([&] { words_of_options(bad, webhook); }) == 422, bad);
+    CHECK_MESSAGE(status_of([&] { read_options(bad); }) == 422, bad);
   }
 }
 
 TEST_CASE("options that only the child knows are passed on, those of representations last") {
-  std::string webhook;
-  CHECK(words_of_options(
+  CHECK(read_options(
             R"({"color_by": "z", "denoise": true, "range": [0, 1.5], "show":
-                [{"select": "element N", "radius": 2}, "water"], "up": [0, 1, 1], "wrap": false})",
-            webhook) == std::vector<std::string>{"--color-by=z", "--denoise=on", "--range=0:1.5",
-                                                 "--up=0,1,1", "--wrap=off", "--show=element N",
-                                                 "--radius=2", "--show=water"});
+                [{"select": "element N", "radius": 2}, "water"], "up": [0, 1, 1], "wrap": false})")
+            .words == std::vector<std::string>{"--color-by=z", "--denoise=on", "--range=0:1.5",
+                                               "--up=0,1,1", "--wrap=off", "--show=element N",
+                                               "--radius=2", "--show=water"});
 }
 
 TEST_CASE("messages of the child name options by JSON pointers, but only options of the request") {

@@ -1,4 +1,4 @@
-#include "coordinator/http/request_head.h"
+#include "coordinator/http/framing.h"
 
 #include <algorithm>
 
@@ -11,8 +11,26 @@ namespace parray::http {
 namespace {
 
 constexpr std::string_view line_break = "\r\n";
+// Limits of a chunked body, in bytes.
+constexpr std::size_t longest_line = 1024;
+constexpr std::size_t most_trailer_bytes = 8192;
+
+/// Returns whether `text` is a valid name of a header field: a token of RFC 9110, section 5.6.2.
+bool is_token(std::string_view text) {
+  constexpr std::string_view marks = "!#$%&'*+-.^_`|~";
+  return !text.empty() && std::ranges::all_of(text, [&](char c) {
+    return ascii::is_letter_or_digit(c) || marks.find(c) != std::string_view::npos;
+  });
+}
+
+/// Returns whether `c` is not permitted in a line: a control character other than a tab.
+bool is_control(char c) { return (c >= 0 && c < ' ' && c != '\t') || c == '\x7f'; }
 
 [[noreturn]] void refuse_head(const std::string& detail) { throw Problem(400, detail); }
+
+[[noreturn]] void refuse_chunk(const std::string& detail) {
+  throw Problem(400, "the chunked body is damaged: " + detail);
+}
 
 void parse_request_line(std::string_view line, RequestHead& head) {
   const std::size_t first = line.find(' ');
@@ -121,15 +139,6 @@ bool wants_close(const RequestHead& head) {
 
 }  // namespace
 
-bool is_token(std::string_view text) {
-  constexpr std::string_view marks = "!#$%&'*+-.^_`|~";
-  return !text.empty() && std::ranges::all_of(text, [&](char c) {
-    return ascii::is_letter_or_digit(c) || marks.find(c) != std::string_view::npos;
-  });
-}
-
-bool is_control(char c) { return (c >= 0 && c < ' ' && c != '\t') || c == '\x7f'; }
-
 std::string text_of(const RequestHead& head) {
   std::string text = head.method + " " + head.target + (head.old ? " HTTP/1.0" : " HTTP/1.1");
   text += line_break;
@@ -179,6 +188,61 @@ RequestHead parse_head(std::string_view bytes) {
   head.expects = !head.old && lower_case(head.field("expect")) == "100-continue";
   head.closes = head.closes || wants_close(head);
   return head;
+}
+
+ChunkDecoder::Step ChunkDecoder::step(std::string_view input) {
+  if (phase_ == Phase::done) return {};
+  if (phase_ == Phase::data) return take_data(input);
+  const std::size_t end = input.substr(0, longest_line + line_break.size()).find(line_break);
+  if (end == std::string_view::npos) {
+    // A line of the maximum length may have arrived up to its CR, without the LF.
+    if (input.size() > longest_line + 1) refuse_chunk("a line has more than 1024 bytes");
+    return {};
+  }
+  take_line(input.substr(0, end));
+  return {end + line_break.size(), {}};
+}
+
+ChunkDecoder::Step ChunkDecoder::take_data(std::string_view input) {
+  const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(left_, input.size()));
+  left_ -= size;
+  if (left_ == 0) phase_ = Phase::data_end;
+  return {size, input.substr(0, size)};
+}
+
+void ChunkDecoder::take_line(std::string_view line) {
+  if (phase_ == Phase::data_end && !line.empty()) {
+    refuse_chunk(
+        "a chunk does not end where its size says: send the number of its bytes in hexadecimal, "
+        "and do not count the CR and LF after these bytes");
+  }
+  if (std::ranges::any_of(line, is_control)) refuse_chunk("a line has control characters");
+  if (phase_ == Phase::size) {
+    take_size(line);
+  } else if (phase_ == Phase::data_end) {
+    phase_ = Phase::size;
+  } else if (line.empty()) {
+    phase_ = Phase::done;
+  } else {
+    trailer_bytes_ += line.size() + line_break.size();
+    if (trailer_bytes_ > most_trailer_bytes) refuse_chunk("the trailer has more than 8192 bytes");
+    if (!is_token(line.substr(0, line.find(':'))) || line.find(':') == std::string_view::npos) {
+      refuse_chunk("'" + printable(line.substr(0, 100)) +
+                   "' is not a trailer field: send NAME: VALUE");
+    }
+  }
+}
+
+void ChunkDecoder::take_size(std::string_view line) {
+  constexpr std::size_t most_digits = 16;
+  const std::string_view digits = line.substr(0, line.find(';'));
+  const std::optional<std::uint64_t> size = parsed<std::uint64_t>(digits, 16);
+  if (digits.size() > most_digits || !size) {
+    refuse_chunk("'" + printable(digits.substr(0, 100)) +
+                 "' is not a chunk size: send 1 to 16 hexadecimal digits");
+  }
+  left_ = *size;
+  phase_ = left_ == 0 ? Phase::trailer : Phase::data;
 }
 
 }  // namespace parray::http
