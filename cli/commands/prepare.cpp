@@ -99,7 +99,7 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
   return file;
 }
 
-OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loaded) {
+OutputPaths output_paths_of(const RenderRequest& request, const LoadedSubmission& loaded) {
   const Submission& submission = loaded.submission;
   OutputPaths outputs = request.output.paths(request.following);
   outputs.notes = notes_json(loaded.rest.particle_files);
@@ -248,7 +248,7 @@ PreparedRender prepare(const RenderRequest& request) {
   RenderOptions options = request.render;
   if (request.view) options.auto_scene().look_from(*request.view);
   LoadedSubmission loaded = load_submission(request.mode, request.scene, options, request.priority);
-  OutputPaths outputs = outputs_of(request, loaded);
+  OutputPaths outputs = output_paths_of(request, loaded);
   Submission& submission = loaded.submission;
   RenderSettings& settings = submission.settings;
   if (request.mode != RenderMode::sheet) {  // whose picture contains several of this size
