@@ -1,6 +1,8 @@
 #include "coordinator/store/job_record.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -33,11 +35,39 @@ void JobRecord::note(double at, std::string what) {
   events.push_back({at, std::move(what)});
 }
 
+void JobCourse::add(const ErrorPoint& point) {
+  while (!curve.empty() && curve.back().samples >= point.samples) curve.pop_back();
+  if (curve.size() >= most_points) {
+    std::size_t kept = 0;
+    for (std::size_t i = 1; i < curve.size(); i += 2) curve[kept++] = curve[i];
+    curve.resize(kept);
+  }
+  curve.push_back(point);
+}
+
+json curve_to_json(const std::vector<ErrorPoint>& curve) {
+  json list = json::array();
+  for (const ErrorPoint& point : curve) {
+    list.push_back({{"seconds", point.seconds},
+                    {"samples", point.samples},
+                    {"rmse", point.rmse < 0 ? json() : json(point.rmse)}});
+  }
+  return list;
+}
+
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobEvent, at, what)
 
 json events_to_json(const std::vector<JobEvent>& events) { return events; }
 
 namespace {
+
+double read_positive(const json& map, const char* key) {
+  const double value = map.value(key, 0.0);
+  if (!(value >= 0 && std::isfinite(value))) {
+    throw RunError(std::string("course: ") + key + " is out of range");
+  }
+  return value;
+}
 
 /// Visits all fields of a record except its id. `f` is a RecordWriter or a RecordReader.
 void fields(auto& f, JobRecord& job) {
@@ -83,7 +113,12 @@ struct HeadFields {
 
 json to_json(const Boxed<RenderSettings>& value) { return settings_to_json(value); }
 json to_json(JobState value) { return static_cast<int>(value); }
-json to_json(const JobCourse& value) { return course_to_json(value); }
+json to_json(const JobCourse& course) {
+  return {{"submitted", course.submitted},       {"started", course.started},
+          {"finished", course.finished},         {"taken", course.taken},
+          {"progress", course.progress},         {"samples", course.samples},
+          {"curve", curve_to_json(course.curve)}};
+}
 json to_json(const auto& value) { return value; }
 
 struct RecordWriter : HeadFields<RecordWriter> {
@@ -108,7 +143,20 @@ void read(const json& from, JobState& value) {
   }
   value = static_cast<JobState>(from.get<std::size_t>());
 }
-void read(const json& from, JobCourse& value) { value = course_from_json(from); }
+/// Reads the output of to_json(). Missing members are unknown.
+void read(const json& map, JobCourse& course) {
+  course.submitted = read_positive(map, "submitted");
+  course.started = read_positive(map, "started");
+  course.finished = read_positive(map, "finished");
+  course.taken = read_positive(map, "taken");
+  course.progress = std::min(read_positive(map, "progress"), 1.0);
+  course.samples = map.value("samples", std::uint64_t{0});
+  for (const json& point : map.value("curve", json::array())) {
+    const json rmse = point.value("rmse", json());
+    course.add({read_positive(point, "seconds"), read_positive(point, "samples"),
+                rmse.is_null() ? -1 : read_positive(point, "rmse")});
+  }
+}
 void read(const json& from, auto& value) { from.get_to(value); }
 
 /// Reads a record. Throws if a value is missing, has the wrong type or is out of range.

@@ -1,7 +1,6 @@
 #include "coordinator/store/state_files.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -293,14 +292,10 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
     throw damaged("it does not have its committed size");
   }
   std::string bytes(expected.bytes, '\0');
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t got = ::read(in.get(), bytes.data() + at, bytes.size() - at);
-    if (got <= 0) throw damaged(got < 0 ? std::generic_category().message(errno) : "it ends early");
-    at += static_cast<std::size_t>(got);
-  }
-  if (checksum_of(bytes) != expected.checksum) {
-    throw damaged("it fails its checksum");
-  }
+  const ssize_t got = in.read(bytes, 0);
+  if (got < 0) throw damaged(std::generic_category().message(errno));
+  if (got < std::ssize(bytes)) throw damaged("it ends early");
+  if (checksum_of(bytes) != expected.checksum) throw damaged("it fails its checksum");
   return bytes;
 }
 
@@ -372,20 +367,6 @@ void StateFiles::remove_lost(double uptime) const {
       fs::remove_all(entry.path(), ignored);
     }
   }
-}
-
-std::optional<std::string> text_of_file(const fs::path& file) {
-  const OpenPath in(file, O_RDONLY);
-  std::error_code error;
-  const std::uint64_t size = fs::file_size(file, error);
-  if (in.get() < 0 || error) return std::nullopt;
-  std::string bytes(size, '\0');
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t got = ::read(in.get(), bytes.data() + at, bytes.size() - at);
-    if (got <= 0) return std::nullopt;
-    at += static_cast<std::size_t>(got);
-  }
-  return bytes;
 }
 
 }  // namespace parray::store

@@ -12,7 +12,6 @@
 
 #include "coordinator/store/disk.h"
 #include "coordinator/store/job_record.h"
-#include "coordinator/store/whole_file.h"
 
 namespace parray::store {
 
@@ -144,9 +143,6 @@ class StateFiles {
   std::set<std::filesystem::path> written_;   ///< files of overwrite() that were not synced
   std::set<std::filesystem::path> unsynced_;  ///< directories with new names
 };
-
-/// Returns the content of a small file; nothing: it cannot be read.
-std::optional<std::string> text_of_file(const std::filesystem::path& file);
 
 /// Returns the absolute path without a slash at its end, so that paths below it compare equal.
 std::filesystem::path normal_directory(const std::filesystem::path& directory);
