@@ -26,7 +26,7 @@
 #include "coordinator/loop/key_watch.h"
 #include "coordinator/loop/process_limits.h"
 #include "coordinator/replica/state_owner.h"
-#include "coordinator/store/state_commands.h"
+#include "coordinator/store/state_tools.h"
 #include "proto/merged_link.h"
 #include "proto/tokens.h"
 #include "proto/zmq_link.h"

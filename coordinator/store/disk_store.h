@@ -18,6 +18,15 @@
 
 namespace parray::store {
 
+/// Error: the state's database is damaged. parray-coordinator --check lists the damage, --repair
+/// repairs it.
+class StateDamaged : public RunError {
+ public:
+  /// `damage`: at least one line, one for each damage. The message has the first line and the
+  /// number of further lines.
+  StateDamaged(const std::filesystem::path& directory, const std::vector<std::string>& damage);
+};
+
 /// A job's log of results.
 struct RowLog {
   std::uint64_t number = 0;     ///< of its file, see StateFiles
@@ -46,11 +55,10 @@ class DiskStore final : public Store {
   /// this object.
   ///
   /// Throws StateInUse if another coordinator uses the directory; InputError if the directory
-  /// cannot be used, has another version or no room for opening; StateDamaged (schema.h) if the
+  /// cannot be used, has another version or no room for opening; StateDamaged if the
   /// database is damaged or has lost commits; RunError if a misplaced path cannot be moved to
   /// lost/.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
-  ~DiskStore() override;
   DiskStore& operator=(DiskStore&&) = delete;
 
   void put_job(const JobRecord& job) override;

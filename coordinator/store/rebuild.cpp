@@ -6,7 +6,6 @@
 #include <system_error>
 
 #include "coordinator/store/row_log.h"
-#include "coordinator/store/schema.h"
 #include "coordinator/store/store.h"
 
 namespace parray::store {

@@ -5,20 +5,35 @@
 namespace parray::store {
 namespace {
 
+constexpr const char* tables =
+    "CREATE TABLE jobs (id INTEGER PRIMARY KEY, scene TEXT NOT NULL,"
+    "  unfinished INTEGER NOT NULL, record TEXT NOT NULL, batch INTEGER NOT NULL);"
+    "CREATE TABLE scenes (digest TEXT PRIMARY KEY, bytes INTEGER NOT NULL,"
+    "  checksum INTEGER NOT NULL);"
+    "CREATE TABLE pictures (job INTEGER PRIMARY KEY, number INTEGER NOT NULL,"
+    "  bytes INTEGER NOT NULL, checksum INTEGER NOT NULL);"
+    "CREATE TABLE logs (job INTEGER PRIMARY KEY, number INTEGER NOT NULL, bytes INTEGER NOT NULL);"
+    "CREATE TABLE notes (name TEXT PRIMARY KEY, text TEXT NOT NULL);"
+    "PRAGMA user_version = 3;";
+
 std::string extract(std::map<std::string, std::string>& notes, std::string_view name) {
-  const auto found = notes.find(std::string(name));
-  if (found == notes.end()) return {};
-  std::string text = std::move(found->second);
-  notes.erase(found);
-  return text;
+  auto note = notes.extract(std::string(name));
+  return note ? std::move(note.mapped()) : "";
 }
 
 std::uint64_t extract_number(std::map<std::string, std::string>& notes, std::string_view name) {
-  const std::string text = extract(notes, name);
-  return text.empty() ? 0 : std::strtoull(text.c_str(), nullptr, 10);
+  return std::strtoull(extract(notes, name).c_str(), nullptr, 10);
 }
 
 }  // namespace
+
+void make_tables(Database& database) { database.run(tables); }
+
+std::string other_version_text(const std::filesystem::path& directory, std::uint64_t version) {
+  return "the state in " + directory.string() + " is of version " + std::to_string(version) +
+         ", and this program reads version " + std::to_string(present_version) +
+         ": use the version of ParRay that wrote the state, or name another directory";
+}
 
 Records read_records(Database& database) {
   Records records;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,7 +22,7 @@ struct JobRow {
   std::optional<KeptPicture> picture{};
 };
 
-/// The complete content of a state's database. See schema.h.
+/// The complete content of a state's database.
 struct Records {
   std::uint64_t batch = 0;  ///< number of the latest commit
   std::map<JobId, JobRow> jobs{};
@@ -32,6 +33,24 @@ struct Records {
   std::string reached{};          ///< see Store::reached_mark()
 };
 
+/// Version of the tables that this program reads and writes.
+inline constexpr std::uint64_t present_version = 3;
+
+/// The message for tables of an earlier version in a state with the file `commits`.
+inline constexpr const char* older_database =
+    "parray.sqlite is of an earlier version than the other files of the state";
+
+/// Returns the message for a state of another version, which this program cannot read.
+std::string other_version_text(const std::filesystem::path& directory, std::uint64_t version);
+
+/// Creates the tables of the present version in an empty database.
+///
+///     jobs(id, scene, unfinished, record, batch)   record: record_to_json(); batch: see JobRow
+///     scenes(digest, bytes, checksum)              size and XXH3-64 of the scene's file
+///     pictures(job, number, bytes, checksum)       size and XXH3-64 of the file, see StateFiles
+///     logs(job, number, bytes)                     committed bytes of the job's rows file
+///     notes(name, text)
+void make_tables(Database& database);
 /// Reads all tables of the present version. Throws what Database throws.
 Records read_records(Database& database);
 /// Fills the empty tables of a database, in the caller's transaction. Does not write the mark.

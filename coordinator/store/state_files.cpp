@@ -91,8 +91,6 @@ fs::path StateFiles::scene(const std::string& digest) const {
   return scenes() / digest;
 }
 
-fs::path StateFiles::job(JobId job) const { return jobs() / std::to_string(job); }
-
 fs::path StateFiles::rows(JobId job, std::uint64_t number) const {
   return numbered(this->job(job) / "rows", number);
 }
@@ -108,10 +106,6 @@ fs::path StateFiles::temporary(const fs::path& file) {
 bool StateFiles::is_file_name(std::string_view name) {
   return is_kept_name(name) || is_temporary(name);
 }
-
-fs::path StateFiles::job_json(JobId job) const { return this->job(job) / "job.json"; }
-fs::path StateFiles::job_next(JobId job) const { return this->job(job) / "job.next"; }
-fs::path StateFiles::job_dropped(JobId job) const { return this->job(job) / "job.dropped"; }
 
 std::vector<JobId> StateFiles::jobs_with_directory() const {
   std::vector<JobId> jobs;

@@ -43,12 +43,16 @@ class StateFiles {
 
   /// Throws std::logic_error unless `digest` is 64 lower-case hexadecimal digits.
   [[nodiscard]] std::filesystem::path scene(const std::string& digest) const;
-  [[nodiscard]] std::filesystem::path job(JobId job) const;  ///< the directory
+  [[nodiscard]] std::filesystem::path job(JobId job) const {  ///< the directory
+    return jobs() / std::to_string(job);
+  }
   [[nodiscard]] std::filesystem::path rows(JobId job, std::uint64_t number) const;
   [[nodiscard]] std::filesystem::path picture(JobId job, std::uint64_t number) const;
-  [[nodiscard]] std::filesystem::path job_json(JobId job) const;
-  [[nodiscard]] std::filesystem::path job_next(JobId job) const;
-  [[nodiscard]] std::filesystem::path job_dropped(JobId job) const;
+  [[nodiscard]] std::filesystem::path job_json(JobId id) const { return job(id) / "job.json"; }
+  [[nodiscard]] std::filesystem::path job_next(JobId id) const { return job(id) / "job.next"; }
+  [[nodiscard]] std::filesystem::path job_dropped(JobId id) const {
+    return job(id) / "job.dropped";
+  }
   [[nodiscard]] std::filesystem::path notes_json() const { return directory_ / "notes.json"; }
   [[nodiscard]] std::filesystem::path notes_next() const { return directory_ / "notes.next"; }
   [[nodiscard]] std::filesystem::path commits() const { return directory_ / "commits"; }

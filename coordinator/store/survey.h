@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "coordinator/store/inspection.h"
-#include "coordinator/store/misplaced.h"
 #include "coordinator/store/records.h"
 #include "coordinator/store/state_files.h"
 
@@ -18,9 +17,6 @@ struct DatabaseContent {
   std::string damage{};       ///< why it cannot be read; empty: undamaged
   Records records{};          ///< empty unless the database is readable and of the present version
 };
-
-/// Reads a temporary copy of the database. Throws RunError if there is no room for the copy.
-DatabaseContent read_database_copy(const StateFiles& files);
 
 /// A damaged or missing file of a job.
 struct FileDamage {
