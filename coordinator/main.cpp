@@ -22,7 +22,6 @@
 #include "coordinator/disputes/referee_process.h"
 #include "coordinator/http/http_service.h"
 #include "coordinator/loop/coordinator.h"
-#include "coordinator/loop/descriptors.h"
 #include "coordinator/loop/key_watch.h"
 #include "coordinator/loop/process_limits.h"
 #include "coordinator/replica/state_owner.h"

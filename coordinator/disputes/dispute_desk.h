@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "coordinator/disputes/check_policy.h"
-#include "coordinator/disputes/fault_findings.h"
 #include "coordinator/disputes/merged.h"
 #include "coordinator/disputes/quarantine.h"
 #include "coordinator/disputes/referee_desk.h"

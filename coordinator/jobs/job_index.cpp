@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "coordinator/loop/submit_token.h"
-
 namespace parray::coordinator {
 
 static std::uint64_t pixels_of(const Job& job) { return pixel_count(job.record.settings); }

@@ -10,7 +10,6 @@
 #include "common/base/ascii.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
-#include "coordinator/jobs/job_times.h"
 
 namespace parray::coordinator {
 namespace {

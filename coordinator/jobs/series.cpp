@@ -3,10 +3,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "common/base/printable.h"
-#include "coordinator/jobs/job_times.h"
 
 namespace parray::coordinator {
 namespace {
@@ -102,6 +104,22 @@ void add_course(json& summary, const Series& series, Time now) {
   summary.erase("ended_by");
 }
 
+/// Equal events of several frames, which one action of a client has caused.
+struct SameEvents {
+  double at = 0;
+  std::size_t frames = 0;
+  std::uint32_t frame = 0;  ///< the first
+};
+
+/// Keeps the earliest of the events of all frames.
+void keep_earliest(std::vector<JobEvent>& kept, const JobEvent& event) {
+  if (kept.empty()) {
+    kept.push_back(event);
+  } else if (event.at < kept.front().at) {
+    kept.front() = event;
+  }
+}
+
 }  // namespace
 
 bool has_ended(const Series& series) {
@@ -114,6 +132,27 @@ bool has_ended(const Series& series) {
 const Job* first_unfinished(const Series& series) {
   const auto found = std::ranges::find_if(series, [](const Job* j) { return !j->ended(); });
   return found == series.end() ? nullptr : *found;
+}
+
+JobTimes times_of(const Series& series, Time now) {
+  JobTimes times;
+  double latest = 0;  // the latest time at which a frame was traced
+  const auto take_least = [](std::optional<double>& kept, const std::optional<double>& next) {
+    if (next) kept = std::min(kept.value_or(*next), *next);
+  };
+  for (const Job* job : series) {
+    const JobTimes frame = times_of(*job, now);
+    take_least(times.submitted, frame.submitted);
+    take_least(times.started, frame.started);
+    if (frame.started) {
+      latest = std::max(latest, frame.finished.value_or(*frame.started + *frame.taken));
+    }
+  }
+  if (times.started) {
+    times.taken = latest - *times.started;
+    times.finished = has_ended(series) ? std::optional(latest) : std::nullopt;
+  }
+  return times;
 }
 
 json series_summary(const Series& series, Time now, const std::string& waits_for) {
@@ -175,6 +214,40 @@ json frame_list(const Series& series, Time now, std::uint32_t from) {
     }
   }
   return list;
+}
+
+std::vector<JobEvent> events_of(const Series& series) {
+  constexpr double at_once = 5;  // seconds within which one action reaches all frames
+  std::vector<JobEvent> submitted;
+  std::vector<JobEvent> begun;
+  std::map<std::pair<std::string_view, long>, SameEvents> others;
+  for (const Job* job : series) {
+    for (const JobEvent& event : job->record.events) {
+      if (event.what == "done") continue;
+      if (event.what.starts_with("submitted")) {
+        keep_earliest(submitted, event);
+      } else if (event.what == "started") {
+        keep_earliest(begun, event);
+      } else {
+        const auto [entry, is_new] =
+            others.try_emplace({event.what, std::lround(event.at / at_once)},
+                               SameEvents{event.at, 0, job->record.frame});
+        ++entry->second.frames;
+        entry->second.at = std::min(entry->second.at, event.at);
+      }
+    }
+  }
+  std::vector<JobEvent> all = std::move(submitted);
+  all.insert(all.end(), begun.begin(), begun.end());
+  for (const auto& [key, same] : others) {
+    const bool single = same.frames == 1 && series.size() > 1;
+    all.push_back({same.at, single ? fmt::format("frame {}: {}", same.frame, key.first)
+                                   : std::string(key.first)});
+  }
+  std::ranges::stable_sort(all, {}, &JobEvent::at);
+  JobRecord shortened;  // keeps the first and the latest
+  for (JobEvent& event : all) shortened.note(event.at, std::move(event.what));
+  return shortened.events;
 }
 
 }  // namespace parray::coordinator

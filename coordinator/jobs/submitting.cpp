@@ -13,7 +13,6 @@
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/loop/farm.h"
-#include "coordinator/loop/submit_token.h"
 
 namespace parray::coordinator {
 

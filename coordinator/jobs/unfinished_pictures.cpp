@@ -1,8 +1,5 @@
-// What clients see of an unfinished picture: its error, and the picture itself.
-#include "coordinator/jobs/unfinished_pictures.h"
-
+// What clients see of an unfinished picture: its error, and what is kept of it.
 #include <algorithm>
-#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -55,28 +52,6 @@ PartialError error_of_some_rows(const JobPicture& picture) {
 }
 
 }  // namespace
-
-PictureParts parts_so_far(const JobPicture& picture, bool statistics) {
-  PictureParts parts;
-  parts.image = shown_image(picture).image;
-  if (statistics) {
-    const auto samples = picture.framebuffer().samples();
-    ErrorEstimate error = estimate_error(picture.view());
-    error.half_width.resize(parts.image.rgb.size(), std::numeric_limits<float>::infinity());
-    parts.statistics = {{samples.begin(), samples.end()}, std::move(error.half_width)};
-  }
-  return parts;
-}
-
-JobRun run_from_log(Store& store, const JobRecord& record) {
-  JobRun run(record, &store);
-  const auto scene = store.scene(record.scene);
-  if (!scene) throw RunError("the store lacks its scene");
-  run.create_picture(SceneFacts(*ScenePayload(Bulk::of(*scene)).scene()), true,
-                     [](const FramebufferView&) { return ErrorFigures{}; });
-  run.replay(JobRun::OnDamage::stop);
-  return run;
-}
 
 /// Estimates the errors of pictures without a target. Those with a target have an estimate after
 /// each pass.

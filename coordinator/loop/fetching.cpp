@@ -11,7 +11,6 @@
 #include "common/scene/settings.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/jobs/picture_file.h"
-#include "coordinator/jobs/unfinished_pictures.h"
 #include "coordinator/loop/client_requests.h"
 #include "coordinator/loop/farm.h"
 
@@ -194,6 +193,19 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
         const auto answer = partial_answer(m, run->picture(), ticket);
         return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }};
       });
+}
+
+/// Makes a run with the results of the job's log, up to the first damaged entry. Leaves the store
+/// unchanged. But the run would write further results to `store`, so only read the run's picture.
+/// Throws RunError if the store lacks the job's scene.
+static JobRun run_from_log(Store& store, const JobRecord& record) {
+  JobRun run(record, &store);
+  const auto scene = store.scene(record.scene);
+  if (!scene) throw RunError("the store lacks its scene");
+  run.create_picture(SceneFacts(*ScenePayload(Bulk::of(*scene)).scene()), true,
+                     [](const FramebufferView&) { return ErrorFigures{}; });
+  run.replay(JobRun::OnDamage::stop);
+  return run;
 }
 
 /// Sends the picture of a job that is not in memory, from its log. Makes one such picture at a

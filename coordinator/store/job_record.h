@@ -63,7 +63,7 @@ struct JobCourse {
 /// Everything that the state stores about a job except scene, results and picture.
 struct JobRecord : JobHead {
   JobId id = 0;
-  std::string token;              ///< of its submit, see submit_token.h
+  std::string token;              ///< of its submit, see name_in_token()
   std::string user;               ///< name of the submitting key; without keys, as the client says
   std::uint32_t tile = 0;         ///< see WorkPlan; more than 1 only in jobs of parray-mpi
   std::string scene;              ///< digest

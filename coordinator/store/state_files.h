@@ -43,8 +43,8 @@ class StateFiles {
 
   /// Throws std::logic_error unless `digest` is 64 lower-case hexadecimal digits.
   [[nodiscard]] std::filesystem::path scene(const std::string& digest) const;
-  [[nodiscard]] std::filesystem::path job(JobId job) const {  ///< the directory
-    return jobs() / std::to_string(job);
+  [[nodiscard]] std::filesystem::path job(JobId id) const {  ///< the directory
+    return jobs() / std::to_string(id);
   }
   [[nodiscard]] std::filesystem::path rows(JobId job, std::uint64_t number) const;
   [[nodiscard]] std::filesystem::path picture(JobId job, std::uint64_t number) const;

@@ -10,7 +10,6 @@
 #include "common/scene/settings.h"
 #include "coordinator/disputes/check_policy.h"
 #include "coordinator/disputes/quarantine.h"
-#include "coordinator/disputes/referee_budget.h"
 #include "coordinator/disputes/referee_desk.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"

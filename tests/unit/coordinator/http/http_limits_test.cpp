@@ -15,7 +15,7 @@
 #include "coordinator/http/request_head.h"
 #include "coordinator/http/seats.h"
 #include "coordinator/http/turns.h"
-#include "coordinator/loop/submit_token.h"
+#include "coordinator/jobs/job_index.h"
 #include "tests/support/rooms.h"
 
 namespace parray::http {
