@@ -125,23 +125,21 @@ void DisputeDesk::retract_later_faulty(Job& job) {
 /// What the job thread has retracted.
 struct DisputeDesk::Retracted {
   std::optional<JobPicture::Retraction> retraction;  ///< empty: no results or checks of the machine
-  TracerKey machine = 0;
+  FaultFinding finding;
   std::string flag;
-  std::uint64_t finding = 0;  ///< its number
   RunState state;
 };
 
 void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
   const auto retracted = std::make_shared<Retracted>();
-  retracted->machine = finding.machine;
-  retracted->finding = finding.number;
+  retracted->finding = finding;
   ++job.work->tasks;
   const auto tasks = job_book_.for_job(job, "retracting wrong results");
-  tasks.give([this, retracted, finding, at = farm_.since_1970(farm_.now), id = job.record.id,
+  tasks.give([this, retracted, at = farm_.since_1970(farm_.now), id = job.record.id,
               record = job.record, run = job.work->run,
               generation = job.work->generation]() mutable -> JobThread::Completion {
     run->put(std::move(record));
-    retracted->retraction = run->retract(finding, at);
+    retracted->retraction = run->retract(retracted->finding, at);
     retracted->flag = run->record().flag;
     retracted->state = run->state();
     return {[this, retracted, id, generation] {
@@ -155,7 +153,7 @@ void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
 void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
   JobWork& work = *job.work;
   --work.tasks;
-  job.record.fault_findings = std::max(job.record.fault_findings, retracted.finding);
+  job.record.fault_findings = std::max(job.record.fault_findings, retracted.finding.number);
   if (retracted.retraction) {
     job.record.flag = retracted.flag;
     farm_.note(job, retracted.flag);
@@ -167,7 +165,7 @@ void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
     }
     for (const auto& [range, tracer] : retracted.retraction->unchecked) {
       check_by_referee(job, range, false);
-      place_check(job, {range, 0, {tracer, retracted.machine}});
+      place_check(job, {range, 0, {tracer, retracted.finding.machine}});
     }
   }
   farm_.grants_due = true;

@@ -162,9 +162,16 @@ class RefereeDesk {
     State state = State::waiting;
     CellRange asked;
     std::string trouble;  ///< why the referee could not trace it the last time
+
+    [[nodiscard]] bool waits_as_check() const {
+      return !content.dispute && state == State::waiting;
+    }
   };
   using Entries = std::list<Entry>;
 
+  [[nodiscard]] std::size_t count(const auto& fits) const {
+    return static_cast<std::size_t>(std::ranges::count_if(entries_, fits));
+  }
   Entries::iterator find(std::uint64_t number);
   Entries::iterator next_entry(Time now);
   void fail(Time now, Entries::iterator entry, const std::string& why);
