@@ -153,7 +153,9 @@ void JobBook::prepare(Job& job) {
       job, "preparing the job", "for its picture",
       [store = farm_.store, scene = job.scene, at = farm_.since_1970(farm_.now),
        waiting_counts = farm_.options.waiting_counts, checks = farm_.options.checks.share,
-       judge = judge_of(job.record)](JobRun& run, Prepared& prepared) {
+       judge = job.record.settings->target_denoised && farm_.options.judge_of
+                   ? farm_.options.judge_of(job.record)
+                   : PictureJudge{}](JobRun& run, Prepared& prepared) {
         const RenderSettings& settings = run.record().settings;
         prepared.scene = store != nullptr ? stored_scene(*store, run.record().scene) : scene;
         const bool limited = settings.time_limit > 0;
@@ -273,17 +275,12 @@ void JobBook::end_pass_if_done(Job& job) {
         work.unchecked);
     farm_.note(job, job.record.flag);
   }
-  if (job.record.settings->has_passes()) {
-    next_pass(job);
-  } else {
+  if (!job.record.settings->has_passes()) {
     finish_job(job);
+    return;
   }
-}
-
-/// Lets the job thread decide on the next pass, which may depend on the sums.
-void JobBook::next_pass(Job& job) {
-  job.work->pass_ended = farm_.now;
-  prepare_pass(
+  work.pass_ended = farm_.now;
+  prepare_pass(  // the job thread decides on the next pass, which may depend on the sums
       job, "planning the next pass", "to plan the next pass",
       [times = job.times(farm_.now), at = farm_.since_1970(farm_.now)](
           JobRun& run, Prepared& prepared) { prepared.complete = !run.begin_pass(times, at); });
@@ -427,11 +424,6 @@ void JobBook::close_job(Job& job, JobState state, const std::string& reason) {
 
 void JobBook::fail_job(Job& job, const std::string& reason) {
   close_job(job, JobState::failed, reason);
-}
-
-PictureJudge JobBook::judge_of(const JobRecord& record) const {
-  return record.settings->target_denoised && farm_.options.judge_of ? farm_.options.judge_of(record)
-                                                                    : PictureJudge{};
 }
 
 }  // namespace parray::coordinator

@@ -100,14 +100,12 @@ class JobBook {
   void join_series(JobRecord& record);
   void make_room_for_job();
   [[nodiscard]] bool fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const;
-  [[nodiscard]] PictureJudge judge_of(const JobRecord& record) const;
   /// Runs `step` on the job thread and then begins to trace the pass that the run has begun.
   /// `doing` names the task in messages. `purpose` completes the message about lack of memory.
   void prepare_pass(Job& job, const std::string& doing, const std::string& purpose,
                     std::function<void(JobRun&, Prepared&)> step);
   void trace_prepared(Job& job, Prepared& prepared);
   void begin_tracing(Job& job, const RunState& state, const std::vector<CellRange>& missing);
-  void next_pass(Job& job);
   void note_finished(Job& job, FinishedJob& finished);
   void end_job(Job& job, JobState state, const std::string& reason);
   void close_job(Job& job, JobState state, const std::string& reason);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "coordinator/disputes/dispute_desk.h"
@@ -174,10 +173,7 @@ void JobBook::forget_listed(JobId number, const std::string& why) {
 
 void JobBook::forget_all(const Series& listed, const std::string& why) {
   const JobId number = listed.front()->record.listed_as();
-  std::vector<JobId> ids;
-  std::ranges::transform(listed, std::back_inserter(ids),
-                         [](const Job* job) { return job->record.id; });
-  for (const JobId id : ids) forget_job(id, why);
+  for (const Job* job : listed) forget_job(job->record.id, why);
   std::erase_if(series_, [number](const auto& series) { return series.second == number; });
 }
 

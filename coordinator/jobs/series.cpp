@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "common/base/printable.h"
@@ -26,6 +27,7 @@ struct Totals {
   std::uint32_t missing = 0;  ///< not submitted yet
   double progress = 0;        ///< summed
   double samples_left = 0;
+  double samples_a_pixel = 0;
   double samples_per_second = 0;
 };
 
@@ -48,7 +50,8 @@ Totals totals_of(const Series& series, Time now) {
     totals.cancelled += state == JobState::cancelled ? 1 : 0;
     totals.progress += job->ended() ? 1 : job->progress(now);
     totals.samples_left += job->ended() ? 0 : job->samples_left(now);
-    totals.begun += job->ended() || (job->work && job->work->started != never) ? 1 : 0;
+    totals.samples_a_pixel += job->samples_a_pixel();
+    totals.begun += job->ended() || job->begun() ? 1 : 0;
     // Two frames may be traced at a time; each speed is that of all workers.
     totals.samples_per_second = std::max(totals.samples_per_second, job->samples_per_second(now));
   }
@@ -94,31 +97,12 @@ std::string flag_of(const Series& series) {
              : fmt::format("frame {}: {}", (*found)->record.frame, (*found)->record.flag);
 }
 
-/// Adds the times and the samples of a series.
-void add_course(json& summary, const Series& series, Time now) {
-  add_times(summary, times_of(series, now));
-  double samples = 0;
-  for (const Job* job : series) samples += job->samples_a_pixel();
-  summary["samples_taken"] = samples / static_cast<double>(series.size());
-  summary["has_picture"] = false;  // each frame has its own
-  summary.erase("ended_by");
-}
-
 /// Equal events of several frames, which one action of a client has caused.
 struct SameEvents {
   double at = 0;
   std::size_t frames = 0;
   std::uint32_t frame = 0;  ///< the first
 };
-
-/// Keeps the earliest of the events of all frames.
-void keep_earliest(std::vector<JobEvent>& kept, const JobEvent& event) {
-  if (kept.empty()) {
-    kept.push_back(event);
-  } else if (event.at < kept.front().at) {
-    kept.front() = event;
-  }
-}
 
 }  // namespace
 
@@ -177,7 +161,10 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   summary["reason"] = reason_of(series, totals);
   summary["flag"] = flag_of(series);
   summary["whole"] = false;
-  add_course(summary, series, now);
+  add_times(summary, times_of(series, now));
+  summary["samples_taken"] = totals.samples_a_pixel / static_cast<double>(series.size());
+  summary["has_picture"] = false;  // each frame has its own
+  summary.erase("ended_by");
   if (totals.unfinished == 0 && state == JobState::queued) {
     summary["waits_for"] = fmt::format(
         "{} of {} frames: repeat the same parray submit to submit them", totals.missing, frames);
@@ -218,8 +205,11 @@ json frame_list(const Series& series, Time now, std::uint32_t from) {
 
 std::vector<JobEvent> events_of(const Series& series) {
   constexpr double at_once = 5;  // seconds within which one action reaches all frames
-  std::vector<JobEvent> submitted;
-  std::vector<JobEvent> begun;
+  std::optional<JobEvent> submitted;
+  std::optional<JobEvent> begun;
+  const auto keep_earliest = [](std::optional<JobEvent>& kept, const JobEvent& event) {
+    if (!kept || event.at < kept->at) kept = event;
+  };
   std::map<std::pair<std::string_view, long>, SameEvents> others;
   for (const Job* job : series) {
     for (const JobEvent& event : job->record.events) {
@@ -237,8 +227,10 @@ std::vector<JobEvent> events_of(const Series& series) {
       }
     }
   }
-  std::vector<JobEvent> all = std::move(submitted);
-  all.insert(all.end(), begun.begin(), begun.end());
+  std::vector<JobEvent> all;
+  for (const auto& first : {submitted, begun}) {
+    if (first) all.push_back(*first);
+  }
   for (const auto& [key, same] : others) {
     const bool single = same.frames == 1 && series.size() > 1;
     all.push_back({same.at, single ? fmt::format("frame {}: {}", same.frame, key.first)

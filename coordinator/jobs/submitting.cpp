@@ -24,6 +24,10 @@ std::string megabytes(std::uint64_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
 }
 
+std::string gigabytes(std::uint64_t bytes) {
+  return fmt::format("{:.1f} GiB", static_cast<double>(bytes) * 0x1p-30);
+}
+
 /// Returns what identifies a submitted job: two users may use the same token.
 std::pair<std::string, std::string> submit_key(const JobRecord& record) {
   return {record.user, name_in_token(record.token)};
@@ -232,25 +236,16 @@ void JobBook::check_preview(const JobRecord& record) const {
   }
 }
 
-namespace {
-
-std::string gigabytes(std::uint64_t bytes) {
-  return fmt::format("{:.1f} GiB", static_cast<double>(bytes) * 0x1p-30);
-}
-
-std::uint64_t pixels_of(const JobRecord& record) { return pixel_count(record.settings); }
-
-}  // namespace
-
 void JobBook::check_limits(const JobRecord& record) const {
   const Limits& limits = farm_.options.limits;
   const std::string whose =
       record.user.empty() ? "clients without a key have" : "'" + record.user + "' has";
-  if (pixels_of(record) > limits.pixels) {
+  const std::uint64_t own_pixels = pixel_count(record.settings);
+  if (own_pixels > limits.pixels) {
     throw InputError(
         fmt::format("the picture has {} pixels, and this coordinator allows {}: render "
                     "fewer, or raise --max-pixels",
-                    pixels_of(record), limits.pixels));
+                    own_pixels, limits.pixels));
   }
   const JobIndex::Open others = farm_.index.open_of(record.user, record.listed_as());
   std::map<JobId, std::uint64_t> arriving;  // jobs that the index does not contain yet
@@ -262,9 +257,8 @@ void JobBook::check_limits(const JobRecord& record) const {
   }
   const std::size_t jobs = others.jobs + arriving.size();
   // A series counts with its largest frame.
-  std::uint64_t pixels =
-      others.pixels +
-      std::max(pixels_of(record), farm_.index.open_pixels(record.user, record.listed_as()));
+  std::uint64_t pixels = others.pixels + std::max(own_pixels, farm_.index.open_pixels(
+                                                                  record.user, record.listed_as()));
   for (const auto& [listed, of_job] : arriving) pixels += of_job;
   const auto used = disk_of_.find(record.user);
   const std::uint64_t disk = record.scene_bytes + (used == disk_of_.end() ? 0 : used->second);

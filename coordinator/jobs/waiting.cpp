@@ -16,14 +16,6 @@ using nlohmann::json;
 
 namespace {
 
-std::uint64_t usable_threads(const Farm& farm) {
-  std::uint64_t threads = 0;
-  for (const auto& [peer, worker] : farm.workers) {
-    threads += worker.may_trace() ? worker.hello.threads : 0;
-  }
-  return threads;
-}
-
 /// Estimates the thread-seconds that a job still needs on `threads` threads.
 double work_left(const Farm& farm, const Job& job, std::uint64_t threads) {
   const double price = job.work && job.work->price > 0 ? job.work->price : farm.price;
@@ -161,7 +153,7 @@ void JobBook::renew_outlook() {
   }
   outlook_at_ = farm_.now;
   outlook_of_changes_ = farm_.queue_changes;
-  const std::uint64_t threads = usable_threads(farm_);
+  const std::uint64_t threads = farm_.workers.speed().threads;
   std::map<JobId, QueueOutlook::Entry> entries;
   for (const JobId id : farm_.index.open()) {
     const Job& job = farm_.jobs.at(id);
@@ -191,7 +183,7 @@ void JobBook::renew_outlook() {
 void JobBook::warn_of_long_jobs() {
   constexpr double day = 86400;
   constexpr double enough = 60;  // seconds of tracing that a forecast without passes needs
-  const std::uint64_t threads = usable_threads(farm_);
+  const std::uint64_t threads = farm_.workers.speed().threads;
   for (const JobId id : farm_.at_work) {
     Job& job = farm_.jobs.at(id);
     const RenderSettings& settings = job.record.settings;

@@ -138,10 +138,9 @@ Time Coordinator::tick(Time now, bool drained) {
   leases_.grant_leases(now);
   farm_.job_thread.run_finished();  // for passes that the job thread has just prepared
   if (!leases_.grant_leases(now)) return now;
-  Time next = std::min({farm_.workers.size() > 0 ? now + farm_.options.heartbeat : never,
-                        farm_.grant_again_at, log_due, disputes_.referee().next(now),
-                        leases_.next_deadline()});
-  return next;
+  return std::min({farm_.workers.size() > 0 ? now + farm_.options.heartbeat : never,
+                   farm_.grant_again_at, log_due, disputes_.referee().next(now),
+                   leases_.next_deadline()});
 }
 
 void Coordinator::leave(const std::string& reason) {

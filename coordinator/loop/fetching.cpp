@@ -102,8 +102,7 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
   const auto ticket =
       admit_bulk(peer, m.request, picture_size(answer->width, answer->height, detail_of(*answer)));
   if (!ticket) return;
-  const std::string doing = fmt::format("reading the picture of job {}", m.job);
-  farm_.for_client(peer, m.request, doing)
+  farm_.for_client(peer, m.request, fmt::format("reading the picture of job {}", m.job))
       .give([this, answer, ticket, peer, store = farm_.store, id = m.job,
              report = job.record.report]() -> JobThread::Completion {
         const auto kept = std::make_shared<PictureFile>(read_picture_file(*store, id));
@@ -187,8 +186,7 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
     send_from_log(peer, m, job, ticket);
     return;
   }
-  const std::string doing = fmt::format("reading the picture of job {}", m.job);
-  farm_.for_client(peer, m.request, doing)
+  farm_.for_client(peer, m.request, fmt::format("reading the picture of job {}", m.job))
       .give([this, peer, ticket, m, run = job.work->run]() -> JobThread::Completion {
         const auto answer = partial_answer(m, run->picture(), ticket);
         return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }};
@@ -227,8 +225,7 @@ void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, cons
                           true});
     return;
   }
-  const std::string doing = fmt::format("reading the results of job {}", m.job);
-  farm_.for_client(peer, m.request, doing)
+  farm_.for_client(peer, m.request, fmt::format("reading the results of job {}", m.job))
       .give([this, peer, ticket, memory, m, store = farm_.store,
              record = job.record]() -> JobThread::Completion {
         JobRun run = run_from_log(*store, record);
@@ -258,8 +255,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   const RenderSettings& s = job->record.settings;
   const auto ticket = admit_bulk(peer, m.request, picture_size(s.width, s.height, kept_detail(s)));
   if (!ticket) return;
-  const std::string doing = fmt::format("reading the journal of job {}", m.job);
-  farm_.for_client(peer, m.request, doing)
+  farm_.for_client(peer, m.request, fmt::format("reading the journal of job {}", m.job))
       .give([this, answer, ticket, peer, done, store = farm_.store, id = m.job, kept = job->journal,
              report = job->record.report, size = picture_size(s.width, s.height, kept_detail(s)),
              run = job->work && job->work->plan ? job->work->run

@@ -19,14 +19,15 @@ static constexpr Time longest_silence = seconds(600);
 
 /// Returns why the coordinator refuses a worker. Empty: it accepts the worker.
 std::string WorkerDesk::refusal_of(const msg::Hello& hello) const {
+  const auto other_release = [](const char* what, std::uint32_t theirs, std::uint32_t ours) {
+    return fmt::format(
+        "{} version {}, but this coordinator uses {}: install the same release on both", what,
+        theirs, ours);
+  };
   if (hello.version != protocol_version) {
-    return "protocol version " + std::to_string(hello.version) + ", but this coordinator uses " +
-           std::to_string(protocol_version) + ": install the same release on both";
+    return other_release("protocol", hello.version, protocol_version);
   }
-  if (hello.trace != trace_version) {
-    return "trace version " + std::to_string(hello.trace) + ", but this coordinator uses " +
-           std::to_string(trace_version) + ": install the same release on both";
-  }
+  if (hello.trace != trace_version) return other_release("trace", hello.trace, trace_version);
   if (hello.fingerprint != farm_.options.fingerprint) {
     return "the worker's built-in test picture differs from the coordinator's: build both from the "
            "same sources, without fast-math, or test the memory of the worker's machine";

@@ -69,48 +69,6 @@ double read_positive(const json& map, const char* key) {
   return value;
 }
 
-/// Visits all fields of a record except its id. `f` is a RecordWriter or a RecordReader.
-void fields(auto& f, JobRecord& job) {
-  head_fields(f, job);
-  f.value("token", job.token);
-  f.value("scene", job.scene);
-  f.value("passes", job.passes);
-  f.value("state", job.state);
-  f.value("reason", job.reason);
-  f.value("report", job.report);
-  f.value("user", job.user);
-  f.number("tile", job.tile, 0U, limits::max_image_side);
-  f.number("scene_bytes", job.scene_bytes);
-  f.value("flag", job.flag);
-  f.number("convictions", job.fault_findings);
-  f.number("series_id", job.series_id);
-  f.value("share", job.share);
-  f.value("ended", job.ended);
-  f.value("events", job.events);
-  f.optional("warning", job.warning);
-  f.optional("course", job.course);
-}
-
-/// The members that head_fields() calls. `Record` must have value(key, value) and
-/// number(key, value, lowest, highest).
-template <typename Record>
-struct HeadFields {
-  void text(const char* key, std::string& value, std::size_t /*longest*/,
-            std::size_t /*shortest*/ = 0) {
-    self().value(key, value);
-  }
-  void duration(const char* key, double& value) { self().value(key, value); }
-  void number_if_there(const char* key, std::uint64_t& value) { self().optional(key, value); }
-  void flag_if_there(const char* key, bool& value) { self().optional(key, value); }
-  void text_if_there(const char* key, std::string& value, std::size_t /*longest*/) {
-    self().optional(key, value);
-  }
-  void settings(const char* key, Boxed<RenderSettings>& value) { self().value(key, value); }
-
- private:
-  Record& self() { return static_cast<Record&>(*this); }
-};
-
 json to_json(const Boxed<RenderSettings>& value) { return settings_to_json(value); }
 json to_json(JobState value) { return static_cast<int>(value); }
 json to_json(const JobCourse& course) {
@@ -120,21 +78,6 @@ json to_json(const JobCourse& course) {
           {"curve", curve_to_json(course.curve)}};
 }
 json to_json(const auto& value) { return value; }
-
-struct RecordWriter : HeadFields<RecordWriter> {
-  json map;
-
-  void value(const char* key, const auto& value) { map[key] = to_json(value); }
-  /// Leaves out a value that is still the default.
-  template <typename T>
-  void optional(const char* key, const T& value) {
-    if (value != T{}) map[key] = to_json(value);
-  }
-  template <typename T>
-  void number(const char* key, T value, T /*lowest*/ = 0, T /*highest*/ = 0) {
-    map[key] = value;
-  }
-};
 
 void read(const json& from, Boxed<RenderSettings>& value) { value = settings_from_json(from); }
 void read(const json& from, JobState& value) {
@@ -159,29 +102,78 @@ void read(const json& map, JobCourse& course) {
 }
 void read(const json& from, auto& value) { from.get_to(value); }
 
-/// Reads a record. Throws if a value is missing, has the wrong type or is out of range.
-struct RecordReader : HeadFields<RecordReader> {
+/// Writes the members of a record, or reads them. Reading throws if a value is missing, has the
+/// wrong type or is out of range.
+struct RecordFields {
   json map;
+  bool reads = false;
 
-  explicit RecordReader(json record) : map(std::move(record)) {}
-  void value(const char* key, auto& value) const { read(map.at(key), value); }
-  void optional(const char* key, std::uint64_t& value) const {
-    if (map.contains(key)) value = natural_in(map, key, std::numeric_limits<std::uint64_t>::max());
+  void value(const char* key, auto& value) {
+    if (reads) {
+      read(map.at(key), value);
+    } else {
+      map[key] = to_json(value);
+    }
   }
-  /// Reads a value that a record may lack.
-  void optional(const char* key, auto& value) const {
-    if (map.contains(key)) read(map.at(key), value);
-  }
-  void value(const char* key, std::vector<std::uint64_t>& value) const {
-    value = naturals_in(map, key);
+  void value(const char* key, std::vector<std::uint64_t>& value) {
+    if (reads) {
+      value = naturals_in(map, key);
+    } else {
+      map[key] = value;
+    }
   }
   template <typename T>
-  void number(const char* key, T& value, T lowest = 0,
-              T highest = std::numeric_limits<T>::max()) const {
+  void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
+    if (!reads) {
+      map[key] = value;
+      return;
+    }
     value = static_cast<T>(natural_in(map, key, highest));
     if (value < lowest) throw RunError(std::string(key) + " is out of range");
   }
+  /// Leaves out a value that is still the default.
+  template <typename T>
+  void optional(const char* key, T& value) {
+    if (reads ? map.contains(key) : value != T{}) this->value(key, value);
+  }
+
+  // The other functions that head_fields() calls.
+  void text(const char* key, std::string& value, std::size_t /*longest*/,
+            std::size_t /*shortest*/ = 0) {
+    this->value(key, value);
+  }
+  void duration(const char* key, double& value) { this->value(key, value); }
+  void settings(const char* key, Boxed<RenderSettings>& value) { this->value(key, value); }
+  void number_if_there(const char* key, std::uint64_t& value) {
+    if (reads ? map.contains(key) : value != 0) number(key, value);
+  }
+  void flag_if_there(const char* key, bool& value) { optional(key, value); }
+  void text_if_there(const char* key, std::string& value, std::size_t /*longest*/) {
+    optional(key, value);
+  }
 };
+
+/// Visits all fields of a record except its id.
+void fields(RecordFields& f, JobRecord& job) {
+  head_fields(f, job);
+  f.value("token", job.token);
+  f.value("scene", job.scene);
+  f.value("passes", job.passes);
+  f.value("state", job.state);
+  f.value("reason", job.reason);
+  f.value("report", job.report);
+  f.value("user", job.user);
+  f.number("tile", job.tile, 0U, limits::max_image_side);
+  f.number("scene_bytes", job.scene_bytes);
+  f.value("flag", job.flag);
+  f.number("convictions", job.fault_findings);
+  f.number("series_id", job.series_id);
+  f.value("share", job.share);
+  f.value("ended", job.ended);
+  f.value("events", job.events);
+  f.optional("warning", job.warning);
+  f.optional("course", job.course);
+}
 
 /// Checks values that depend on each other. A pass without samples would never complete a picture.
 void check(const JobRecord& job) {
@@ -203,14 +195,14 @@ void check(const JobRecord& job) {
 
 std::string record_to_json(const JobRecord& job) {
   JobRecord copy = job;  // fields() takes a mutable record
-  RecordWriter writer;
+  RecordFields writer;
   fields(writer, copy);
   return json_text(writer.map);
 }
 
 JobRecord record_from_json(JobId id, std::string_view text) {
   try {
-    RecordReader reader(json::parse(text));
+    RecordFields reader{json::parse(text), true};
     JobRecord job;
     job.id = id;
     fields(reader, job);
