@@ -5,10 +5,8 @@
 
 #include "common/base/bytes.h"
 #include "coordinator/disputes/dispute_desk.h"
-#include "coordinator/disputes/merged.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/loop/backoff.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 namespace {
@@ -54,11 +52,11 @@ void DisputeDesk::draw_check(Job& job, const Merged& merged) {
 /// --spot-checks 1 that is known.
 void DisputeDesk::keep_wanted(const Job& job, const CellRange& range) {
   if (farm_.store == nullptr) return;
-  job_book_.for_job(job, "storing that a check is wanted")
-      .give([run = job.work->run, plan = job.work->plan, range]() -> JobThread::Completion {
-        if (run->picture().plan() == plan) run->note_wanted(range);
-        return {};
-      });
+  auto task = [run = job.work->run, plan = job.work->plan, range]() -> JobThread::Completion {
+    if (run->picture().plan() == plan) run->note_wanted(range);
+    return {};
+  };
+  job_book_.for_job(job, "storing that a check is wanted", std::move(task));
 }
 
 /// Returns until when checks wait for a machine not in `not_by` that may return: one that has just
@@ -105,7 +103,8 @@ void DisputeDesk::place_orphans(Job& job) {
   if (job.work->started == never && farm_.workers.size() == 0) {
     return;  // the coordinator has just started: the workers are not back yet
   }
-  for (LeaseTable::Check& check : job.work->leases->take_orphans(farm_.workers.usable_machines())) {
+  const std::vector<TracerKey> able = farm_.workers.usable_machines();
+  for (LeaseTable::Check& check : job.work->leases->take_orphans({able.begin(), able.end()})) {
     place_check(job, std::move(check));
   }
 }
@@ -229,11 +228,11 @@ void DisputeDesk::check_answer(RefereeDesk::Traced traced) {
   ++job.work->tasks;
   const auto checked = std::make_shared<CheckedAnswer>();
   checked->traced = std::move(traced);
-  const auto tasks = job_book_.for_job(job, "comparing the referee's results");
-  tasks.give([this, checked, id = job.record.id, claims = std::exchange(checked->traced.claims, {}),
-              payload = std::exchange(checked->traced.cells, {}), run = job.work->run,
-              plan = job.work->plan,
-              depth = max_depth_of(job.record.settings)]() -> JobThread::Completion {
+  auto task = [this, checked, id = job.record.id,
+               claims = std::exchange(checked->traced.claims, {}),
+               payload = std::exchange(checked->traced.cells, {}), run = job.work->run,
+               plan = job.work->plan,
+               depth = max_depth_of(job.record.settings)]() -> JobThread::Completion {
     const CellRange& range = checked->traced.range;
     try {
       if (run->picture().plan() == plan) {  // the pass of the question has not ended
@@ -255,7 +254,8 @@ void DisputeDesk::check_answer(RefereeDesk::Traced traced) {
       --there->work->tasks;
       note_checked_answer(*there, *checked);
     }};
-  });
+  };
+  job_book_.for_job(job, "comparing the referee's results", std::move(task));
 }
 
 void DisputeDesk::note_checked_answer(Job& job, const CheckedAnswer& checked) {

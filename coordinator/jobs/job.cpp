@@ -11,10 +11,8 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-namespace {
-
 /// Adds a job's targets and its current error.
-void add_error(json& summary, const Job& job) {
+static void add_error(json& summary, const Job& job) {
   const RenderSettings& s = job.record.settings;
   if (s.target_error > 0) summary["target_error"] = s.target_error;
   if (s.target_half_width > 0) summary["target_half_width"] = s.target_half_width;
@@ -26,8 +24,6 @@ void add_error(json& summary, const Job& job) {
         {"rmse", error.rmse}, {"low", error.low}, {"high", error.high}, {"share", share}};
   }
 }
-
-}  // namespace
 
 /// Returns the share of the work that is not done, by the latest forecast.
 double Job::share_left(Time now) const {

@@ -9,8 +9,6 @@
 
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
-#include "common/image/image.h"
-#include "common/image/picture_bytes.h"
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/report.h"
@@ -29,8 +27,9 @@ std::vector<Job*> JobBook::frames_of(JobId series) const {
   return frames;
 }
 
-JobThread::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
-  return farm_.job_thread.guarded(
+void JobBook::for_job(const Job& job, const std::string& doing, JobThread::Task task) {
+  farm_.job_thread.give(
+      std::move(task),
       [this, doing, id = job.record.id, generation = job.work->generation](const std::string& why) {
         if (Job* there = farm_.job_at_work(id, generation)) fail_job(*there, doing + ": " + why);
       });
@@ -176,26 +175,23 @@ void JobBook::prepare_pass(Job& job, const std::string& doing, const std::string
   job.phase = JobPhase::preparing;
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
-  for_job(job, doing)
-      .give([this, prepared, purpose, step = std::move(step), run = job.work->run,
-             record = job.record,
-             generation = job.work->generation]() mutable -> JobThread::Completion {
-        const JobId id = record.id;
-        try {
-          run->put(std::move(record));
-          step(*run, *prepared);
-          prepared->state = run->state();
-          prepared->missing = run->picture().collector().missing();
-        } catch (const std::bad_alloc&) {
-          prepared->failure =
-              "not enough memory " + purpose + ": render fewer pixels or free memory";
-        }
-        return {[this, prepared, id, generation] {
-          if (Job* there = farm_.job_at_work(id, generation)) {
-            trace_prepared(*there, *prepared);
-          }
-        }};
-      });
+  auto task = [this, prepared, purpose, step = std::move(step), run = job.work->run,
+               record = job.record,
+               generation = job.work->generation]() mutable -> JobThread::Completion {
+    const JobId id = record.id;
+    try {
+      run->put(std::move(record));
+      step(*run, *prepared);
+      prepared->state = run->state();
+      prepared->missing = run->picture().collector().missing();
+    } catch (const std::bad_alloc&) {
+      prepared->failure = "not enough memory " + purpose + ": render fewer pixels or free memory";
+    }
+    return {[this, prepared, id, generation] {
+      if (Job* there = farm_.job_at_work(id, generation)) trace_prepared(*there, *prepared);
+    }};
+  };
+  for_job(job, doing, std::move(task));
 }
 
 void JobBook::trace_prepared(Job& job, Prepared& prepared) {
@@ -203,7 +199,11 @@ void JobBook::trace_prepared(Job& job, Prepared& prepared) {
     fail_job(job, prepared.failure);
     return;
   }
-  note_damaged_rows(job, prepared.damage);
+  if (const std::string& damage = prepared.damage; !damage.empty()) {
+    farm_.note(job, "stored results are damaged and will be traced again: " + damage);
+    farm_.log->warn("job {}: {}: workers will trace the rest again", job.record.id, damage);
+    farm_.keep(job);
+  }
   JobWork& work = *job.work;
   work.scene = std::move(prepared.scene);
   job.spheres = std::max(job.spheres, prepared.spheres);
@@ -315,41 +315,41 @@ void JobBook::finish_job(Job& job) {
   job.work->facts.render_seconds = to_seconds(farm_.now - started);
   job.count_time(farm_.now, false);
   const auto finished = std::make_shared<FinishedJob>();
-  for_job(job, "finishing the picture")
-      .give([this, finished, record = job.record, run = job.work->run, facts = job.work->facts,
-             in_memory = farm_.store == nullptr, clock = farm_.options.wall_clock,
-             ended = std::max(farm_.uptime(), 1.0),
-             generation = job.work->generation]() mutable -> JobThread::Completion {
-        const JobId id = record.id;
-        try {
-          run->put(std::move(record));
-          FinishedPicture made = finish_picture(run->picture(), run->record(), facts);
-          note_done(*run, clock(), made.report);
-          run->record().ended = ended;
-          const std::string& journal = run->picture().journal().bytes();
-          run->finish(made.picture.image, made.picture.statistics, made.report, journal);
-          finished->report = std::move(made.report);
-          finished->events = run->record().events;
-          finished->course = run->record().course;
-          if (in_memory) {
-            const RenderSettings& s = run->record().settings;
-            finished->bytes = picture_size(s.width, s.height, kept_detail(s)) + journal.size();
-            finished->journal = journal;
-            finished->picture =
-                PicturePayload(std::make_shared<const PictureParts>(std::move(made.picture)));
-          }
-        } catch (const StorageFull& full) {
-          finished->full = full.what();
-        } catch (const std::bad_alloc&) {
-          finished->failure =
-              "not enough memory to finish the picture: render fewer pixels or free memory";
-        }
-        const auto outcome = [this, finished, id, generation] {
-          if (Job* there = farm_.job_at_work(id, generation)) note_finished(*there, *finished);
-        };
-        const bool made = finished->full.empty() && finished->failure.empty();
-        return made ? JobThread::Completion{{}, outcome} : JobThread::Completion{outcome};
-      });
+  auto task = [this, finished, record = job.record, run = job.work->run, facts = job.work->facts,
+               in_memory = farm_.store == nullptr, clock = farm_.options.wall_clock,
+               ended = std::max(farm_.uptime(), 1.0),
+               generation = job.work->generation]() mutable -> JobThread::Completion {
+    const JobId id = record.id;
+    try {
+      run->put(std::move(record));
+      FinishedPicture made = finish_picture(run->picture(), run->record(), facts);
+      note_done(*run, clock(), made.report);
+      run->record().ended = ended;
+      const std::string& journal = run->picture().journal().bytes();
+      run->finish(made.picture.image, made.picture.statistics, made.report, journal);
+      finished->report = std::move(made.report);
+      finished->events = run->record().events;
+      finished->course = run->record().course;
+      if (in_memory) {
+        const RenderSettings& s = run->record().settings;
+        finished->bytes = picture_size(s.width, s.height, kept_detail(s)) + journal.size();
+        finished->journal = journal;
+        finished->picture =
+            PicturePayload(std::make_shared<const PictureParts>(std::move(made.picture)));
+      }
+    } catch (const StorageFull& full) {
+      finished->full = full.what();
+    } catch (const std::bad_alloc&) {
+      finished->failure =
+          "not enough memory to finish the picture: render fewer pixels or free memory";
+    }
+    const auto outcome = [this, finished, id, generation] {
+      if (Job* there = farm_.job_at_work(id, generation)) note_finished(*there, *finished);
+    };
+    const bool made = finished->full.empty() && finished->failure.empty();
+    return made ? JobThread::Completion{{}, outcome} : JobThread::Completion{outcome};
+  };
+  for_job(job, "finishing the picture", std::move(task));
 }
 
 void JobBook::note_finished(Job& job, FinishedJob& finished) {

@@ -1,7 +1,5 @@
 #include "coordinator/jobs/job_index.h"
 
-#include <algorithm>
-
 namespace parray::coordinator {
 
 static std::uint64_t pixels_of(const Job& job) { return pixel_count(job.record.settings); }

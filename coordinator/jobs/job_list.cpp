@@ -20,8 +20,6 @@ class Row {
  public:
   Row(const Frames& frames, Time now) : frames_(&frames), now_(now) {}
 
-  [[nodiscard]] const Frames* frames() const { return frames_; }
-  [[nodiscard]] JobId id() const { return first().record.listed_as(); }
   [[nodiscard]] const JobRecord& record() const { return first().record; }
   [[nodiscard]] std::string_view state() const {
     return is_series() ? name_of(state_of(series(), now_)) : first().shown_state();
@@ -34,7 +32,7 @@ class Row {
       return is_series() ? times_of(series(), now_) : times_of(first(), now_);
     };
     switch (sort) {
-      case msg::JobSort::priority: return priority();
+      case msg::JobSort::priority: return is_series() ? priority_of(series()) : record().priority;
       case msg::JobSort::submitted: return times().submitted.value_or(unknown);
       case msg::JobSort::finished: return times().finished.value_or(unknown);
       case msg::JobSort::taken: return times().taken.value_or(unknown);
@@ -56,9 +54,6 @@ class Row {
   [[nodiscard]] const Job& first() const { return *frames_->begin()->second; }
   [[nodiscard]] bool is_series() const { return record().series_id != 0; }
   [[nodiscard]] Series series() const { return series_of(*frames_); }
-  [[nodiscard]] double priority() const {
-    return is_series() ? priority_of(series()) : record().priority;
-  }
 
   const Frames* frames_;
   Time now_;

@@ -12,7 +12,6 @@
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 
@@ -119,14 +118,13 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
   }
   ++next_job_;
   if (record.series_id != 0) series_[{user, m.series}] = record.series_id;
-  const auto guarded =
-      farm_.job_thread.guarded([this, accepted, peer, request = m.request](const std::string& why) {
-        accepted->refusal = why;
-        accepted->status = 1;
-        accept_job(peer, request, *accepted);
-      });
-  guarded.give([this, accepted, store = farm_.store, peer, request = m.request,
-                scene = std::move(m.scene)]() -> JobThread::Completion {
+  auto failed = [this, accepted, peer, request = m.request](const std::string& why) {
+    accepted->refusal = why;
+    accepted->status = 1;
+    accept_job(peer, request, *accepted);
+  };
+  auto task = [this, accepted, store = farm_.store, peer, request = m.request,
+               scene = std::move(m.scene)]() -> JobThread::Completion {
     Job& job = accepted->job;
     try {
       job.record.scene = scene.identity();
@@ -157,7 +155,8 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     const auto outcome = [this, accepted, peer, request] { accept_job(peer, request, *accepted); };
     return accepted->refusal.empty() ? JobThread::Completion{{}, outcome}
                                      : JobThread::Completion{outcome};
-  });
+  };
+  farm_.job_thread.give(std::move(task), std::move(failed));
 }
 
 void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted) {

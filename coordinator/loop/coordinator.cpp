@@ -150,11 +150,11 @@ void Coordinator::leave(const std::string& reason) {
 std::future<void> Coordinator::keep_note(const std::string& name, std::string text) {
   const auto kept = std::make_shared<std::promise<void>>();
   std::future<void> result = kept->get_future();
-  farm_.for_log("storing the note " + name)
-      .give([store = farm_.store, name, text = std::move(text), kept]() -> JobThread::Completion {
-        if (store != nullptr) store->put_note(name, text);
-        return {{}, [kept] { kept->set_value(); }};
-      });
+  auto task = [store = farm_.store, name, text = std::move(text), kept]() -> JobThread::Completion {
+    if (store != nullptr) store->put_note(name, text);
+    return {{}, [kept] { kept->set_value(); }};
+  };
+  farm_.for_log("storing the note " + name, std::move(task));
   return result;
 }
 

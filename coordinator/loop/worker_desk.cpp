@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <string>
 #include <vector>
 
 #include "common/base/divide_up.h"

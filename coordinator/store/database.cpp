@@ -5,10 +5,9 @@
 #include "coordinator/store/store.h"
 
 namespace parray::store {
-namespace {
 
 /// Returns whether an extended result code means that the disk did not accept a write.
-bool is_full(int code) {
+static bool is_full(int code) {
   switch (code) {
     case SQLITE_IOERR_WRITE:
     case SQLITE_IOERR_FSYNC:
@@ -18,8 +17,6 @@ bool is_full(int code) {
     default: return (code & 0xff) == SQLITE_FULL;
   }
 }
-
-}  // namespace
 
 Database::Database(const std::filesystem::path& file) : directory_(file.parent_path()) {
   if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) {

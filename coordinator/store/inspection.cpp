@@ -51,7 +51,9 @@ class JobComparison {
     check_next();
     check_dropped();
     if (row_ != nullptr && row_->record) {
-      check_row();
+      if (row_->batch > batch_ || !row_matches_record(*row_)) {
+        severe("the database's row of job " + std::to_string(id_) + " contradicts itself");
+      }
       check_json();
     } else if (json_) {
       severe("the database has no job " + std::to_string(id_) + ", but " + file() + " exists");
@@ -89,12 +91,6 @@ class JobComparison {
     } else if (!json_) {
       json_ = found_.dropped;
       result_.upkeep.restore.push_back(id_);
-    }
-  }
-
-  void check_row() {
-    if (row_->batch > batch_ || !row_matches_record(*row_)) {
-      severe("the database's row of job " + std::to_string(id_) + " contradicts itself");
     }
   }
 
@@ -166,59 +162,6 @@ std::string_view kind_of(fs::file_type type) {
     default: return "no file";
   }
 }
-
-class Search {
- public:
-  explicit Search(const StateFiles& files) : files_(files) {}
-
-  std::vector<Misplaced> run() {
-    for (const fs::path& file : {files_.database(), files_.notes_json(), files_.notes_next(),
-                                 files_.commits(), files_.incomplete(), files_.reserve()}) {
-      expect_file(file);
-      expect_file(StateFiles::temporary(file));
-    }
-    for (const char* suffix : {"-wal", "-shm", "-journal", ".new", ".new-journal"}) {
-      expect_file(files_.database().string() + suffix);
-    }
-    expect_directory(files_.lost());
-    for (const fs::path& directory : {files_.scenes(), files_.jobs()}) expect_directory(directory);
-    expect_files_in(files_.scenes());
-    for (const JobId id : files_.jobs_with_directory()) {
-      expect_directory(files_.job(id));
-      expect_files_in(files_.job(id));
-    }
-    return std::move(found_);
-  }
-
- private:
-  void expect_file(const fs::path& path) { expect(path, fs::file_type::regular); }
-  void expect_directory(const fs::path& path) { expect(path, fs::file_type::directory); }
-
-  void expect(const fs::path& path, fs::file_type type) {
-    std::error_code error;
-    const fs::file_status status = fs::status(path, error);
-    if (!fs::exists(status) || status.type() == type) return;
-    found_.push_back({path, path.lexically_relative(files_.directory()).string() + " is " +
-                                std::string(kind_of(status.type())) + ", not " +
-                                std::string(kind_of(type))});
-  }
-
-  void expect_files_in(const fs::path& directory) {
-    std::error_code error;
-    std::vector<fs::path> paths;
-    for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
-         entry.increment(error)) {
-      if (StateFiles::is_file_name(entry->path().filename().string())) {
-        paths.push_back(entry->path());
-      }
-    }
-    std::ranges::sort(paths);
-    std::ranges::for_each(paths, [this](const fs::path& path) { expect_file(path); });
-  }
-
-  const StateFiles& files_;
-  std::vector<Misplaced> found_;
-};
 
 }  // namespace
 
@@ -294,7 +237,47 @@ bool row_matches_record(const JobRow& row) {
          needs_scene(static_cast<JobState>(record.value("state", 0)), keeps) == row.unfinished;
 }
 
-std::vector<Misplaced> find_misplaced(const StateFiles& files) { return Search(files).run(); }
+std::vector<Misplaced> find_misplaced(const StateFiles& files) {
+  std::vector<Misplaced> found;
+  const auto expect = [&](const fs::path& path, fs::file_type type) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (!fs::exists(status) || status.type() == type) return;
+    found.push_back({path, path.lexically_relative(files.directory()).string() + " is " +
+                               std::string(kind_of(status.type())) + ", not " +
+                               std::string(kind_of(type))});
+  };
+  const auto expect_file = [&](const fs::path& path) { expect(path, fs::file_type::regular); };
+  const auto expect_files_in = [&](const fs::path& directory) {
+    std::error_code error;
+    std::vector<fs::path> paths;
+    for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
+         entry.increment(error)) {
+      if (StateFiles::is_file_name(entry->path().filename().string())) {
+        paths.push_back(entry->path());
+      }
+    }
+    std::ranges::sort(paths);
+    std::ranges::for_each(paths, expect_file);
+  };
+  for (const fs::path& file : {files.database(), files.notes_json(), files.notes_next(),
+                               files.commits(), files.incomplete(), files.reserve()}) {
+    expect_file(file);
+    expect_file(StateFiles::temporary(file));
+  }
+  for (const char* suffix : {"-wal", "-shm", "-journal", ".new", ".new-journal"}) {
+    expect_file(files.database().string() + suffix);
+  }
+  for (const fs::path& directory : {files.lost(), files.scenes(), files.jobs()}) {
+    expect(directory, fs::file_type::directory);
+  }
+  expect_files_in(files.scenes());
+  for (const JobId id : files.jobs_with_directory()) {
+    expect(files.job(id), fs::file_type::directory);
+    expect_files_in(files.job(id));
+  }
+  return found;
+}
 
 std::vector<std::string> move_misplaced_to_lost(StateFiles& files,
                                                 const std::vector<Misplaced>& misplaced,

@@ -8,12 +8,10 @@
 #include <string_view>
 #include <vector>
 
-#include "coordinator/store/job_file.h"
 #include "coordinator/store/records.h"
-#include "coordinator/store/state_files.h"
 
 /// Compares the database of a state with the small files beside it, which are copies of its content
-/// (job_file.h).
+/// (records.h).
 ///
 /// A commit writes `job.next`, then commits the database, and only then renames `job.next` to
 /// `job.json`. So after a crash `job.next` may be newer than the database, but `job.json` never is:

@@ -7,7 +7,6 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <memory>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -234,7 +233,10 @@ void StateFiles::sync() {
     return;
   }
   while (!written_.empty()) {
-    sync_written(*written_.begin());
+    const fs::path& file = *written_.begin();
+    const OpenPath written(file, O_RDONLY);
+    const bool removed = written.get() < 0 && errno == ENOENT;  // after a failed commit
+    if (!removed && (written.get() < 0 || disk_.sync(written.get()) != 0)) fail(file, errno);
     written_.erase(written_.begin());
   }
   while (!unsynced_.empty()) {
@@ -247,13 +249,6 @@ void StateFiles::sync() {
     }
     unsynced_.erase(unsynced_.begin());
   }
-}
-
-/// Syncs one file. Ignores a file that was removed after a failed commit.
-void StateFiles::sync_written(const fs::path& file) {
-  const OpenPath written(file, O_RDONLY);
-  const bool removed = written.get() < 0 && errno == ENOENT;
-  if (!removed && (written.get() < 0 || disk_.sync(written.get()) != 0)) fail(file, errno);
 }
 
 void StateFiles::keep_reserve() {

@@ -20,7 +20,7 @@ namespace parray::store {
 ///     scenes/DIGEST
 ///     jobs/ID/rows      jobs/ID/rows.1 ...      log of results
 ///     jobs/ID/picture   jobs/ID/picture.1 ...   finished picture
-///     jobs/ID/job.json   notes.json             copies of the database's content, see job_file.h
+///     jobs/ID/job.json   notes.json             copies of the database's content, see records.h
 ///     jobs/ID/job.next   notes.next             copies written by an unfinished commit
 ///     jobs/ID/job.dropped                       job.json of a job that is being dropped
 ///     commits                                   number of completed commits
@@ -132,7 +132,6 @@ class StateFiles {
                       const std::filesystem::path& path);
   void write_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
                  const std::filesystem::path& path);
-  void sync_written(const std::filesystem::path& file);
   [[noreturn]] void fail(const std::filesystem::path& file, int error) const;
   void move_unnamed_in_to_lost(const std::filesystem::path& directory,
                                const std::set<std::filesystem::path>& named, std::uint64_t uptime,

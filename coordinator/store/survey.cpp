@@ -1,13 +1,12 @@
-#include "coordinator/store/survey.h"
-
+// Examines a state for damage.
 #include <optional>
 #include <system_error>
 
 #include "common/base/bytes.h"
 #include "common/base/files.h"
 #include "common/base/sha256.h"
+#include "coordinator/store/rebuild.h"
 #include "coordinator/store/row_log.h"
-#include "coordinator/store/store.h"
 
 namespace parray::store {
 namespace {

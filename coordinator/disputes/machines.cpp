@@ -1,4 +1,4 @@
-#include "coordinator/disputes/quarantine.h"
+#include "coordinator/disputes/machines.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -23,28 +23,20 @@ const Quarantine* QuarantineLedger::find(std::uint64_t machine) const {
   return found == machines_.end() ? nullptr : &found->second;
 }
 
-std::vector<std::uint64_t> QuarantineLedger::readmit(std::string_view name, bool host) {
-  std::vector<std::uint64_t> readmitted;
-  std::erase_if(machines_, [&](const auto& entry) {
+std::size_t QuarantineLedger::readmit(std::string_view name, bool host) {
+  return std::erase_if(machines_, [&](const auto& entry) {
     const Quarantine& quarantine = entry.second;
-    const bool named = host ? quarantine.host == name
-                            : quarantine.name == name || quarantine.worker == name ||
-                                  quarantine.name == "key " + std::string(name) ||
-                                  quarantine.name == "address " + std::string(name);
-    if (named) readmitted.push_back(entry.first);
-    return named;
+    return host ? quarantine.host == name
+                : quarantine.name == name || quarantine.worker == name ||
+                      quarantine.name == "key " + std::string(name) ||
+                      quarantine.name == "address " + std::string(name);
   });
-  return readmitted;
 }
 
-std::vector<std::uint64_t> QuarantineLedger::expire(double now) {
-  std::vector<std::uint64_t> ended;
-  std::erase_if(machines_, [&](const auto& entry) {
-    const bool over = entry.second.until != 0 && entry.second.until <= now;
-    if (over) ended.push_back(entry.first);
-    return over;
+std::size_t QuarantineLedger::expire(double now) {
+  return std::erase_if(machines_, [&](const auto& entry) {
+    return entry.second.until != 0 && entry.second.until <= now;
   });
-  return ended;
 }
 
 json QuarantineLedger::to_json() const {
