@@ -31,12 +31,12 @@ void JobBook::keep_house(Time now) {
   estimate_errors();
   if (farm_.store == nullptr) return;
   keep_farm_notes();
-  auto task = [this, store = farm_.store,
-               keep_lost = farm_.options.limits.keep_lost_seconds]() -> JobThread::Completion {
+  const double keep_lost = farm_.options.limits.keep_lost_seconds;
+  const auto task = [this, store = farm_.store, keep_lost]() -> JobThread::Completion {
     store->tidy(keep_lost);
     return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }};
   };
-  farm_.for_log("removing old files and counting the bytes of jobs", std::move(task));
+  farm_.for_log("removing old files and counting the bytes of jobs", task);
 }
 
 /// Stores what the next process cannot compute: the uptime and the progress of jobs.
@@ -137,11 +137,11 @@ void JobBook::forget_job(JobId id, const std::string& why) {
   farm_.index.remove(found->second);
   farm_.jobs.erase(found);
   if (farm_.store != nullptr) {
-    auto task = [store = farm_.store, id]() -> JobThread::Completion {
+    const auto task = [store = farm_.store, id]() -> JobThread::Completion {
       store->drop_job(id);
       return {};
     };
-    farm_.for_log(fmt::format("forgetting job {}", id), std::move(task));
+    farm_.for_log(fmt::format("forgetting job {}", id), task);
   }
   if (farm_.index.listed_as(listed) == nullptr) forget_previews(listed);
 }
