@@ -5,16 +5,13 @@
 
 #include "common/base/json_text.h"
 #include "coordinator/disputes/dispute_desk.h"
-#include "coordinator/disputes/merged.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/leases/lease_desk.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 
 using nlohmann::json;
 
-/// Also applies to workers that join later.
 void DisputeDesk::drain(const std::string& name, bool host, const std::string& asker) {
   drained_.insert({host, name});
   for (auto& [peer, worker] : farm_.workers) apply_bars(worker);
@@ -23,7 +20,6 @@ void DisputeDesk::drain(const std::string& name, bool host, const std::string& a
                  fmt::format("{}drained by {}", host ? "host '" + name + "' " : "", asker));
 }
 
-/// Ends a quarantine for all workers of the machine.
 void DisputeDesk::readmit(const std::string& name, bool host) {
   drained_.erase({host, name});
   quarantines_.readmit(name, host);
@@ -36,12 +32,6 @@ void DisputeDesk::readmit(const std::string& name, bool host) {
   for (auto& [peer, worker] : farm_.workers) apply_bars(worker);
 }
 
-bool DisputeDesk::is_drained(const WorkerRecord& worker) const {
-  return drained_.contains({false, worker.hello.name}) ||
-         drained_.contains({true, worker.hello.host});
-}
-
-/// Stores drains and quarantines for the next process.
 void DisputeDesk::keep_worker_notes() {
   if (farm_.store == nullptr) return;
   json drained = json::array();
@@ -49,11 +39,11 @@ void DisputeDesk::keep_worker_notes() {
   const json notes = {{"drained", std::move(drained)},
                       {"quarantines", quarantines_.to_json()},
                       {"convictions", fault_findings_.to_json()}};
-  farm_.for_log("storing the note of workers")
-      .give([store = farm_.store, text = json_text(notes)]() -> JobThread::Completion {
-        store->put_note("workers", text);
-        return {};
-      });
+  auto task = [store = farm_.store, text = json_text(notes)]() -> JobThread::Completion {
+    store->put_note("workers", text);
+    return {};
+  };
+  farm_.for_log("storing the note of workers", std::move(task));
 }
 
 void DisputeDesk::restore_worker_notes() {
@@ -115,7 +105,6 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   farm_.grants_due = true;
 }
 
-/// If a job was not at work at the time of a finding, its log may contain cells of that machine.
 void DisputeDesk::retract_later_faulty(Job& job) {
   for (const FaultFinding& finding : fault_findings_.after(job.record.fault_findings)) {
     retract(job, finding);
@@ -125,37 +114,33 @@ void DisputeDesk::retract_later_faulty(Job& job) {
 /// What the job thread has retracted.
 struct DisputeDesk::Retracted {
   std::optional<JobPicture::Retraction> retraction;  ///< empty: no results or checks of the machine
-  TracerKey machine = 0;
+  FaultFinding finding;
   std::string flag;
-  std::uint64_t finding = 0;  ///< its number
   RunState state;
 };
 
 void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
   const auto retracted = std::make_shared<Retracted>();
-  retracted->machine = finding.machine;
-  retracted->finding = finding.number;
+  retracted->finding = finding;
   ++job.work->tasks;
-  const auto tasks = job_book_.for_job(job, "retracting wrong results");
-  tasks.give([this, retracted, finding, at = farm_.since_1970(farm_.now), id = job.record.id,
-              record = job.record, run = job.work->run,
-              generation = job.work->generation]() mutable -> JobThread::Completion {
+  auto task = [this, retracted, at = farm_.since_1970(farm_.now), id = job.record.id,
+               record = job.record, run = job.work->run,
+               generation = job.work->generation]() mutable -> JobThread::Completion {
     run->put(std::move(record));
-    retracted->retraction = run->retract(finding, at);
+    retracted->retraction = run->retract(retracted->finding, at);
     retracted->flag = run->record().flag;
     retracted->state = run->state();
     return {[this, retracted, id, generation] {
-      if (Job* there = farm_.job_at_work(id, generation)) {
-        note_retracted(*there, *retracted);
-      }
+      if (Job* there = farm_.job_at_work(id, generation)) note_retracted(*there, *retracted);
     }};
-  });
+  };
+  job_book_.for_job(job, "retracting wrong results", std::move(task));
 }
 
 void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
   JobWork& work = *job.work;
   --work.tasks;
-  job.record.fault_findings = std::max(job.record.fault_findings, retracted.finding);
+  job.record.fault_findings = std::max(job.record.fault_findings, retracted.finding.number);
   if (retracted.retraction) {
     job.record.flag = retracted.flag;
     farm_.note(job, retracted.flag);
@@ -167,7 +152,7 @@ void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
     }
     for (const auto& [range, tracer] : retracted.retraction->unchecked) {
       check_by_referee(job, range, false);
-      place_check(job, {range, 0, {tracer, retracted.machine}});
+      place_check(job, {range, 0, {tracer, retracted.finding.machine}});
     }
   }
   farm_.grants_due = true;
@@ -181,8 +166,10 @@ void DisputeDesk::note_joined(WorkerRecord& worker) {
 
 void DisputeDesk::apply_bars(WorkerRecord& worker) {
   const Quarantine* quarantine = quarantines_.find(worker.machine_key);
+  const bool drained =
+      drained_.contains({false, worker.hello.name}) || drained_.contains({true, worker.hello.host});
   worker.quarantine_ends = quarantine == nullptr ? 0 : quarantine->until;
-  farm_.workers.bar(worker, quarantine == nullptr ? "" : quarantine->reason, is_drained(worker));
+  farm_.workers.bar(worker, quarantine == nullptr ? "" : quarantine->reason, drained);
 }
 
 /// Lists each machine under the name of the worker that joined last.
@@ -206,14 +193,13 @@ nlohmann::json DisputeDesk::quarantined_elsewhere() {
   return list;
 }
 
-/// Quarantines of addresses end after a day.
 void DisputeDesk::end_quarantines() {
-  const std::vector<std::uint64_t> ended = quarantines_.expire(farm_.options.wall_clock());
-  if (ended.empty()) return;
+  const std::size_t ended = quarantines_.expire(farm_.options.wall_clock());
+  if (ended == 0) return;
   for (auto& [peer, worker] : farm_.workers) apply_bars(worker);
-  farm_.log->info("the quarantine of {} machines has ended", ended.size());
+  farm_.log->info("the quarantine of {} machines has ended", ended);
   farm_.announce(FarmEventKind::readmitted, "",
-                 fmt::format("the quarantine of {} machines has ended", ended.size()));
+                 fmt::format("the quarantine of {} machines has ended", ended));
   keep_worker_notes();
   farm_.grants_due = true;
 }

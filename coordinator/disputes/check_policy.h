@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -42,17 +43,31 @@ class CheckPolicy {
       : options_(options), random_(std::move(random)) {}
 
   /// Returns the probability that the worker's lease is checked.
-  [[nodiscard]] double share_of(const CheckedWorker& worker) const;
+  [[nodiscard]] double share_of(const CheckedWorker& worker) const {
+    if (options_.share <= 0 || (worker.ours && !options_.ours_too)) return 0;
+    const bool fresh = worker.machine_leases < options_.first_leases ||
+                       worker.process_leases < options_.restart_leases;
+    return fresh ? std::max(options_.share, options_.first_share) : options_.share;
+  }
   /// Draws whether the worker's lease is checked.
-  bool wants_check(const CheckedWorker& worker);
+  bool wants_check(const CheckedWorker& worker) {
+    const double share = share_of(worker);
+    return share > 0 && random_() < share;
+  }
   /// Draws which of `machines` machines makes a check: returns its index, from 0. Nothing: the
   /// referee checks some of the cells, too (the caller then draws the machine by below()), or
   /// `machines` is 0.
-  std::optional<std::size_t> draw_checker(std::size_t machines);
+  std::optional<std::size_t> draw_checker(std::size_t machines) {
+    if (machines == 0 || random_() < options_.referee_share) return {};
+    return below(machines);
+  }
   /// Returns whether every lease must be checked.
   [[nodiscard]] bool checks_all() const { return options_.share >= 1; }
   /// Draws an integer from 0 to `count` - 1. `count` must be above 0.
-  std::uint64_t below(std::uint64_t count);
+  std::uint64_t below(std::uint64_t count) {
+    const auto drawn = static_cast<std::uint64_t>(random_() * static_cast<double>(count));
+    return std::min(drawn, count - 1);
+  }
 
  private:
   const Options options_;

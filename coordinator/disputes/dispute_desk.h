@@ -6,11 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "coordinator/disputes/check_policy.h"
-#include "coordinator/disputes/fault_findings.h"
 #include "coordinator/disputes/merged.h"
-#include "coordinator/disputes/quarantine.h"
-#include "coordinator/disputes/referee_desk.h"
 #include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
@@ -85,7 +81,6 @@ class DisputeDesk {
   void retract(Job& job, const FaultFinding& finding);
   void note_retracted(Job& job, const Retracted& retracted);
   void apply_bars(WorkerRecord& worker);
-  [[nodiscard]] bool is_drained(const WorkerRecord& worker) const;
   [[nodiscard]] std::string worker_of(TracerKey machine) const;
 
   Farm& farm_;

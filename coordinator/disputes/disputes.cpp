@@ -5,10 +5,8 @@
 
 #include "common/base/bytes.h"
 #include "coordinator/disputes/dispute_desk.h"
-#include "coordinator/disputes/merged.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/loop/backoff.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 namespace {
@@ -54,11 +52,11 @@ void DisputeDesk::draw_check(Job& job, const Merged& merged) {
 /// --spot-checks 1 that is known.
 void DisputeDesk::keep_wanted(const Job& job, const CellRange& range) {
   if (farm_.store == nullptr) return;
-  job_book_.for_job(job, "storing that a check is wanted")
-      .give([run = job.work->run, plan = job.work->plan, range]() -> JobThread::Completion {
-        if (run->picture().plan() == plan) run->note_wanted(range);
-        return {};
-      });
+  auto task = [run = job.work->run, plan = job.work->plan, range]() -> JobThread::Completion {
+    if (run->picture().plan() == plan) run->note_wanted(range);
+    return {};
+  };
+  job_book_.for_job(job, "storing that a check is wanted", std::move(task));
 }
 
 /// Returns until when checks wait for a machine not in `not_by` that may return: one that has just
@@ -105,7 +103,8 @@ void DisputeDesk::place_orphans(Job& job) {
   if (job.work->started == never && farm_.workers.size() == 0) {
     return;  // the coordinator has just started: the workers are not back yet
   }
-  for (LeaseTable::Check& check : job.work->leases->take_orphans(farm_.workers.usable_machines())) {
+  const std::vector<TracerKey> able = farm_.workers.usable_machines();
+  for (LeaseTable::Check& check : job.work->leases->take_orphans({able.begin(), able.end()})) {
     place_check(job, std::move(check));
   }
 }
@@ -212,12 +211,8 @@ void DisputeDesk::take_referee_turn(Time now) {
 
 /// The outcome of a question to the referee.
 struct DisputeDesk::CheckedAnswer {
-  std::uint64_t number = 0;  ///< of the case
-  bool dispute = false;
-  TracerKey claimant = 0;
-  CellRange range;
-  bool timely = false;  ///< the pass of the question has not ended
-  std::string fault;    ///< what is wrong with the answer; empty: nothing
+  RefereeDesk::Traced traced;  ///< without claims and cells
+  std::string fault;           ///< what is wrong with the answer; empty: nothing
   bool claimant_wrong = false;
   std::set<TracerKey> wrong;  ///< machines whose merged bits are wrong
 };
@@ -232,50 +227,49 @@ void DisputeDesk::check_answer(RefereeDesk::Traced traced) {
   Job& job = farm_.jobs.at(*found);
   ++job.work->tasks;
   const auto checked = std::make_shared<CheckedAnswer>();
-  checked->number = traced.number;
-  checked->dispute = traced.dispute;
-  checked->claimant = traced.claimant;
-  checked->range = traced.range;
-  const auto tasks = job_book_.for_job(job, "comparing the referee's results");
-  tasks.give([this, checked, id = job.record.id, generation = traced.generation,
-              claims = std::move(traced.claims), payload = std::move(traced.cells),
-              run = job.work->run, plan = job.work->plan,
-              depth = max_depth_of(job.record.settings)]() -> JobThread::Completion {
-    checked->timely = run->picture().plan() == plan;
+  checked->traced = std::move(traced);
+  auto task = [this, checked, id = job.record.id,
+               claims = std::exchange(checked->traced.claims, {}),
+               payload = std::exchange(checked->traced.cells, {}), run = job.work->run,
+               plan = job.work->plan,
+               depth = max_depth_of(job.record.settings)]() -> JobThread::Completion {
+    const CellRange& range = checked->traced.range;
     try {
-      if (checked->timely) {
+      if (run->picture().plan() == plan) {  // the pass of the question has not ended
         const ResultCollector& collector = run->picture().collector();
-        const auto truth = collector.digests_of(*payload.open(plan->batch(checked->range), depth));
-        checked->wrong = machines_of(collector.differing(checked->range, truth));
-        checked->claimant_wrong = checked->dispute && claims != truth;
-        if (checked->wrong.empty()) run->note_check(referee_tracer, checked->range);
+        const auto truth = collector.digests_of(*payload.open(plan->batch(range), depth));
+        checked->wrong = machines_of(collector.differing(range, truth));
+        checked->claimant_wrong = checked->traced.dispute && claims != truth;
+        if (checked->wrong.empty()) run->note_check(referee_tracer, range);
       }
     } catch (const DecodeError& error) {
       checked->fault = error.what();
     }
-    return {[this, checked, id, generation] {
-      Job* there = farm_.job_at_work(id, generation);
+    return {[this, checked, id] {
+      Job* there = farm_.job_at_work(id, checked->traced.generation);
       if (there == nullptr) {
-        desk_.close(checked->number);
+        desk_.close(checked->traced.number);
         return;
       }
       --there->work->tasks;
       note_checked_answer(*there, *checked);
     }};
-  });
+  };
+  job_book_.for_job(job, "comparing the referee's results", std::move(task));
 }
 
 void DisputeDesk::note_checked_answer(Job& job, const CheckedAnswer& checked) {
+  const std::uint64_t number = checked.traced.number;
   farm_.grants_due = true;
   if (!checked.fault.empty()) {
     farm_.warnings.warn(farm_.now, "the referee's answer is invalid: " + checked.fault);
-    desk_.ask_again(farm_.now, checked.number, checked.fault);
+    desk_.ask_again(farm_.now, number, checked.fault);
     return;
   }
   const std::string differs = "its bits differ from the referee's for the same samples";
-  checked.wrong.empty() && !checked.claimant_wrong ? desk_.continue_case(checked.number)
-                                                   : desk_.close(checked.number);
-  if (checked.claimant_wrong) quarantine(checked.claimant, differs);
+  checked.wrong.empty() && !checked.claimant_wrong ? desk_.continue_case(number)
+                                                   : desk_.close(number);
+  if (checked.claimant_wrong) quarantine(checked.traced.claimant, differs);
   for (const TracerKey machine : checked.wrong) quarantine(machine, differs);
   if (job.work) job_book_.end_pass_if_done(job);
 }

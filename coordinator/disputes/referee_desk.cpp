@@ -2,7 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -40,9 +39,8 @@ bool RefereeDesk::open(Time now, RefereeCase opened) {
   if (opened.dispute) {
     if (disputes(opened.generation) >= options_.most_disputes) return false;
   } else {
-    const auto checks = std::ranges::count_if(
-        entries_, [](const Entry& e) { return !e.content.dispute && e.state == State::waiting; });
-    if (!referee_ || static_cast<std::size_t>(checks) >= options_.most_checks) return false;
+    const std::size_t checks = count([](const Entry& e) { return e.waits_as_check(); });
+    if (!referee_ || checks >= options_.most_checks) return false;
   }
   entries_.push_back({next_number_++, std::move(opened), now, State::waiting, {}, {}});
   return true;
@@ -61,8 +59,7 @@ std::size_t RefereeDesk::drop_checks(std::uint64_t generation) {
   const auto failed = failed_.extract(generation);
   std::size_t unchecked = failed ? failed.mapped() : 0;
   std::erase_if(entries_, [&](const Entry& e) {
-    const bool waits =
-        e.content.generation == generation && !e.content.dispute && e.state == State::waiting;
+    const bool waits = e.content.generation == generation && e.waits_as_check();
     unchecked += waits && e.content.sole ? 1 : 0;
     return waits;
   });
@@ -219,20 +216,17 @@ bool RefereeDesk::may_check(Time now) const {
 }
 
 std::size_t RefereeDesk::checks(std::uint64_t generation) const {
-  return static_cast<std::size_t>(std::ranges::count_if(entries_, [&](const Entry& e) {
-    return e.content.generation == generation && !e.content.dispute && e.state == State::waiting;
-  }));
+  return count(
+      [&](const Entry& e) { return e.content.generation == generation && e.waits_as_check(); });
 }
 
 std::size_t RefereeDesk::disputes(std::uint64_t generation) const {
-  return static_cast<std::size_t>(std::ranges::count_if(entries_, [&](const Entry& e) {
-    return e.content.generation == generation && e.content.dispute;
-  }));
+  return count(
+      [&](const Entry& e) { return e.content.generation == generation && e.content.dispute; });
 }
 
 std::size_t RefereeDesk::disputes() const {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(entries_, [](const Entry& e) { return e.content.dispute; }));
+  return count([](const Entry& e) { return e.content.dispute; });
 }
 
 std::string RefereeDesk::wait(Time now, std::uint64_t generation) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <list>
 #include <map>
@@ -10,7 +11,6 @@
 #include "common/scene/settings_fwd.h"
 #include "common/schedule/work_plan.h"
 #include "coordinator/disputes/referee.h"
-#include "coordinator/disputes/referee_budget.h"
 #include "proto/clock.h"
 
 namespace parray::coordinator {
@@ -35,6 +35,39 @@ struct RefereeCase {
   std::vector<std::uint64_t> cells;  ///< cells that are not decided yet, ascending
   /// The claimant's digest of each of `cells` (ResultCollector::digests_of()); empty for a check.
   std::vector<std::uint64_t> claims;
+};
+
+/// Limits the referee's processor time to a share of one core on average. Unused time accumulates
+/// up to `burst` seconds. A question may take more than is left; then the next one waits until the
+/// budget has recovered. Not thread-safe. `now` must never decrease.
+class RefereeBudget {
+ public:
+  /// `share`: of a core, above 0. `burst`: seconds at the beginning, and the maximum.
+  RefereeBudget(double share, double burst) : share_(share), burst_(burst), left_(burst) {}
+
+  /// Returns the seconds that are left. Negative after a question that took more.
+  [[nodiscard]] double left(Time now) const {
+    return std::min(burst_, left_ + share_ * to_seconds(now - since_));
+  }
+  /// Subtracts the processor time of a question, in seconds.
+  void spend(Time now, double took) {
+    left_ = left(now) - took;
+    since_ = now;
+  }
+  /// Returns when min(`wanted`, `burst`) seconds will be left.
+  [[nodiscard]] Time when(Time now, double wanted) const {
+    const double lacking = std::min(wanted, burst_) - left(now);
+    return lacking <= 0 ? now
+                        : now + std::chrono::ceil<milliseconds>(
+                                    std::chrono::duration<double>(lacking / share_));
+  }
+  [[nodiscard]] double burst() const { return burst_; }
+
+ private:
+  double share_;
+  double burst_;
+  double left_;
+  Time since_{};
 };
 
 /// Asks the referee about cases, one question at a time: disputes before checks, each kind in the
@@ -129,9 +162,16 @@ class RefereeDesk {
     State state = State::waiting;
     CellRange asked;
     std::string trouble;  ///< why the referee could not trace it the last time
+
+    [[nodiscard]] bool waits_as_check() const {
+      return !content.dispute && state == State::waiting;
+    }
   };
   using Entries = std::list<Entry>;
 
+  [[nodiscard]] std::size_t count(const auto& fits) const {
+    return static_cast<std::size_t>(std::ranges::count_if(entries_, fits));
+  }
   Entries::iterator find(std::uint64_t number);
   Entries::iterator next_entry(Time now);
   void fail(Time now, Entries::iterator entry, const std::string& why);

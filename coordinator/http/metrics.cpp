@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "coordinator/loop/descriptors.h"
+#include "coordinator/loop/process_limits.h"
 
 namespace parray::http {
 namespace {

@@ -18,11 +18,9 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
     std::ranges::stable_sort(
         entries, [](const Entry& a, const Entry& b) { return a.priority > b.priority; });
     const auto found = known.find(name);
-    User user;
-    user.name = name;
-    user.had = found == known.end() ? least : found->second.had;
-    user.owed = found == known.end() ? 0 : found->second.owed;
-    user.share = entries.front().share;
+    const bool is_new = found == known.end();
+    User user{name, entries.front().share, is_new ? least : found->second.had,
+              is_new ? 0 : found->second.owed};
     double longest = -1;
     for (const Entry& entry : entries) {
       if (entry.starving && entry.waited > longest) {
@@ -30,8 +28,7 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
         user.starving = entry.id;
       }
     }
-    user.owed_starving =
-        found == known.end() || user.starving == 0 ? 0 : found->second.owed_starving;
+    user.owed_starving = is_new || user.starving == 0 ? 0 : found->second.owed_starving;
     for (const Entry& entry : entries) user.jobs.push_back(entry.id);
     const auto shortest = std::ranges::min_element(entries, [](const Entry& a, const Entry& b) {
       return std::tuple(100 - a.priority, a.work_left) < std::tuple(100 - b.priority, b.work_left);
@@ -40,7 +37,7 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
     user.shortest_is_fresh = shortest->fresh;
     // A new user goes before users with the same total: none of its leases is being traced.
     const auto place = std::ranges::find_if(users_, [&](const User& other) {
-      return found == known.end() ? other.had >= user.had : other.had > user.had;
+      return is_new ? other.had >= user.had : other.had > user.had;
     });
     users_.insert(place, std::move(user));
   }

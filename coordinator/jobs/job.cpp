@@ -6,16 +6,13 @@
 #include "common/adaptive/passes.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
-#include "coordinator/jobs/job_times.h"
 
 namespace parray::coordinator {
 
 using nlohmann::json;
 
-namespace {
-
 /// Adds a job's targets and its current error.
-void add_error(json& summary, const Job& job) {
+static void add_error(json& summary, const Job& job) {
   const RenderSettings& s = job.record.settings;
   if (s.target_error > 0) summary["target_error"] = s.target_error;
   if (s.target_half_width > 0) summary["target_half_width"] = s.target_half_width;
@@ -27,8 +24,6 @@ void add_error(json& summary, const Job& job) {
         {"rmse", error.rmse}, {"low", error.low}, {"high", error.high}, {"share", share}};
   }
 }
-
-}  // namespace
 
 /// Returns the share of the work that is not done, by the latest forecast.
 double Job::share_left(Time now) const {
@@ -142,6 +137,23 @@ double Job::samples_per_second(Time now) const {
   if (!begun() || work->samples <= work->samples_before) return 0;
   const double taken = seconds_taken(now) - work->taken_before;
   return taken > 0 ? static_cast<double>(work->samples - work->samples_before) / taken : 0;
+}
+
+JobTimes times_of(const Job& job, Time now) {
+  const JobCourse& course = job.record.course;
+  const auto known = [](double time) { return time > 0 ? std::optional(time) : std::nullopt; };
+  JobTimes times{known(course.submitted), known(course.started), {}, {}};
+  if (job.ended()) times.finished = known(course.finished);
+  if (times.started) times.taken = job.seconds_taken(now);
+  return times;
+}
+
+void add_times(json& summary, const JobTimes& times) {
+  const auto known = [](const std::optional<double>& time) { return time ? json(*time) : json(); };
+  summary["submitted"] = known(times.submitted);
+  summary["started"] = known(times.started);
+  summary["finished"] = known(times.finished);
+  summary["seconds_taken"] = known(times.taken);
 }
 
 json job_summary(const Job& job, Time now, const std::string& waits_for) {

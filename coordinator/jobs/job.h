@@ -125,6 +125,21 @@ struct Job {
   [[nodiscard]] double share_left(Time now) const;
 };
 
+/// When a job or a series was submitted, started and ended, in seconds since 1970. Nothing:
+/// unknown, or it has not happened.
+struct JobTimes {
+  std::optional<double> submitted;
+  std::optional<double> started;   ///< its first lease
+  std::optional<double> finished;  ///< only if it has ended
+  /// Seconds from the start to the end or to now, without pauses. For a series: seconds from the
+  /// first start of a frame to the latest time at which a frame was traced, pauses included.
+  std::optional<double> taken;
+};
+
+JobTimes times_of(const Job& job, Time now);
+/// Adds the times to a job map. Unknown times are null.
+void add_times(nlohmann::json& summary, const JobTimes& times);
+
 /// Returns the job map of PROTOCOL.md. `waits_for`: what an unfinished job waits for, as a noun
 /// phrase for people; empty: nothing.
 nlohmann::json job_summary(const Job& job, Time now, const std::string& waits_for);

@@ -9,8 +9,6 @@
 
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
-#include "common/image/image.h"
-#include "common/image/picture_bytes.h"
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/report.h"
@@ -29,8 +27,9 @@ std::vector<Job*> JobBook::frames_of(JobId series) const {
   return frames;
 }
 
-JobThread::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
-  return farm_.job_thread.guarded(
+void JobBook::for_job(const Job& job, const std::string& doing, JobThread::Task task) {
+  farm_.job_thread.give(
+      std::move(task),
       [this, doing, id = job.record.id, generation = job.work->generation](const std::string& why) {
         if (Job* there = farm_.job_at_work(id, generation)) fail_job(*there, doing + ": " + why);
       });
@@ -153,7 +152,9 @@ void JobBook::prepare(Job& job) {
       job, "preparing the job", "for its picture",
       [store = farm_.store, scene = job.scene, at = farm_.since_1970(farm_.now),
        waiting_counts = farm_.options.waiting_counts, checks = farm_.options.checks.share,
-       judge = judge_of(job.record)](JobRun& run, Prepared& prepared) {
+       judge = job.record.settings->target_denoised && farm_.options.judge_of
+                   ? farm_.options.judge_of(job.record)
+                   : PictureJudge{}](JobRun& run, Prepared& prepared) {
         const RenderSettings& settings = run.record().settings;
         prepared.scene = store != nullptr ? stored_scene(*store, run.record().scene) : scene;
         const bool limited = settings.time_limit > 0;
@@ -174,26 +175,23 @@ void JobBook::prepare_pass(Job& job, const std::string& doing, const std::string
   job.phase = JobPhase::preparing;
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
-  for_job(job, doing)
-      .give([this, prepared, purpose, step = std::move(step), run = job.work->run,
-             record = job.record,
-             generation = job.work->generation]() mutable -> JobThread::Completion {
-        const JobId id = record.id;
-        try {
-          run->put(std::move(record));
-          step(*run, *prepared);
-          prepared->state = run->state();
-          prepared->missing = run->picture().collector().missing();
-        } catch (const std::bad_alloc&) {
-          prepared->failure =
-              "not enough memory " + purpose + ": render fewer pixels or free memory";
-        }
-        return {[this, prepared, id, generation] {
-          if (Job* there = farm_.job_at_work(id, generation)) {
-            trace_prepared(*there, *prepared);
-          }
-        }};
-      });
+  auto task = [this, prepared, purpose, step = std::move(step), run = job.work->run,
+               record = job.record,
+               generation = job.work->generation]() mutable -> JobThread::Completion {
+    const JobId id = record.id;
+    try {
+      run->put(std::move(record));
+      step(*run, *prepared);
+      prepared->state = run->state();
+      prepared->missing = run->picture().collector().missing();
+    } catch (const std::bad_alloc&) {
+      prepared->failure = "not enough memory " + purpose + ": render fewer pixels or free memory";
+    }
+    return {[this, prepared, id, generation] {
+      if (Job* there = farm_.job_at_work(id, generation)) trace_prepared(*there, *prepared);
+    }};
+  };
+  for_job(job, doing, std::move(task));
 }
 
 void JobBook::trace_prepared(Job& job, Prepared& prepared) {
@@ -201,7 +199,11 @@ void JobBook::trace_prepared(Job& job, Prepared& prepared) {
     fail_job(job, prepared.failure);
     return;
   }
-  note_damaged_rows(job, prepared.damage);
+  if (const std::string& damage = prepared.damage; !damage.empty()) {
+    farm_.note(job, "stored results are damaged and will be traced again: " + damage);
+    farm_.log->warn("job {}: {}: workers will trace the rest again", job.record.id, damage);
+    farm_.keep(job);
+  }
   JobWork& work = *job.work;
   work.scene = std::move(prepared.scene);
   job.spheres = std::max(job.spheres, prepared.spheres);
@@ -273,17 +275,12 @@ void JobBook::end_pass_if_done(Job& job) {
         work.unchecked);
     farm_.note(job, job.record.flag);
   }
-  if (job.record.settings->has_passes()) {
-    next_pass(job);
-  } else {
+  if (!job.record.settings->has_passes()) {
     finish_job(job);
+    return;
   }
-}
-
-/// Lets the job thread decide on the next pass, which may depend on the sums.
-void JobBook::next_pass(Job& job) {
-  job.work->pass_ended = farm_.now;
-  prepare_pass(
+  work.pass_ended = farm_.now;
+  prepare_pass(  // the job thread decides on the next pass, which may depend on the sums
       job, "planning the next pass", "to plan the next pass",
       [times = job.times(farm_.now), at = farm_.since_1970(farm_.now)](
           JobRun& run, Prepared& prepared) { prepared.complete = !run.begin_pass(times, at); });
@@ -318,41 +315,41 @@ void JobBook::finish_job(Job& job) {
   job.work->facts.render_seconds = to_seconds(farm_.now - started);
   job.count_time(farm_.now, false);
   const auto finished = std::make_shared<FinishedJob>();
-  for_job(job, "finishing the picture")
-      .give([this, finished, record = job.record, run = job.work->run, facts = job.work->facts,
-             in_memory = farm_.store == nullptr, clock = farm_.options.wall_clock,
-             ended = std::max(farm_.uptime(), 1.0),
-             generation = job.work->generation]() mutable -> JobThread::Completion {
-        const JobId id = record.id;
-        try {
-          run->put(std::move(record));
-          FinishedPicture made = finish_picture(run->picture(), run->record(), facts);
-          note_done(*run, clock(), made.report);
-          run->record().ended = ended;
-          const std::string& journal = run->picture().journal().bytes();
-          run->finish(made.picture.image, made.picture.statistics, made.report, journal);
-          finished->report = std::move(made.report);
-          finished->events = run->record().events;
-          finished->course = run->record().course;
-          if (in_memory) {
-            const RenderSettings& s = run->record().settings;
-            finished->bytes = picture_size(s.width, s.height, kept_detail(s)) + journal.size();
-            finished->journal = journal;
-            finished->picture =
-                PicturePayload(std::make_shared<const PictureParts>(std::move(made.picture)));
-          }
-        } catch (const StorageFull& full) {
-          finished->full = full.what();
-        } catch (const std::bad_alloc&) {
-          finished->failure =
-              "not enough memory to finish the picture: render fewer pixels or free memory";
-        }
-        const auto outcome = [this, finished, id, generation] {
-          if (Job* there = farm_.job_at_work(id, generation)) note_finished(*there, *finished);
-        };
-        const bool made = finished->full.empty() && finished->failure.empty();
-        return made ? JobThread::Completion{{}, outcome} : JobThread::Completion{outcome};
-      });
+  auto task = [this, finished, record = job.record, run = job.work->run, facts = job.work->facts,
+               in_memory = farm_.store == nullptr, clock = farm_.options.wall_clock,
+               ended = std::max(farm_.uptime(), 1.0),
+               generation = job.work->generation]() mutable -> JobThread::Completion {
+    const JobId id = record.id;
+    try {
+      run->put(std::move(record));
+      FinishedPicture made = finish_picture(run->picture(), run->record(), facts);
+      note_done(*run, clock(), made.report);
+      run->record().ended = ended;
+      const std::string& journal = run->picture().journal().bytes();
+      run->finish(made.picture.image, made.picture.statistics, made.report, journal);
+      finished->report = std::move(made.report);
+      finished->events = run->record().events;
+      finished->course = run->record().course;
+      if (in_memory) {
+        const RenderSettings& s = run->record().settings;
+        finished->bytes = picture_size(s.width, s.height, kept_detail(s)) + journal.size();
+        finished->journal = journal;
+        finished->picture =
+            PicturePayload(std::make_shared<const PictureParts>(std::move(made.picture)));
+      }
+    } catch (const StorageFull& full) {
+      finished->full = full.what();
+    } catch (const std::bad_alloc&) {
+      finished->failure =
+          "not enough memory to finish the picture: render fewer pixels or free memory";
+    }
+    const auto outcome = [this, finished, id, generation] {
+      if (Job* there = farm_.job_at_work(id, generation)) note_finished(*there, *finished);
+    };
+    const bool made = finished->full.empty() && finished->failure.empty();
+    return made ? JobThread::Completion{{}, outcome} : JobThread::Completion{outcome};
+  };
+  for_job(job, "finishing the picture", std::move(task));
 }
 
 void JobBook::note_finished(Job& job, FinishedJob& finished) {
@@ -427,11 +424,6 @@ void JobBook::close_job(Job& job, JobState state, const std::string& reason) {
 
 void JobBook::fail_job(Job& job, const std::string& reason) {
   close_job(job, JobState::failed, reason);
-}
-
-PictureJudge JobBook::judge_of(const JobRecord& record) const {
-  return record.settings->target_denoised && farm_.options.judge_of ? farm_.options.judge_of(record)
-                                                                    : PictureJudge{};
 }
 
 }  // namespace parray::coordinator

@@ -43,9 +43,9 @@ class JobBook {
   /// Leases all cells of the first pass again, because a retraction has restarted the picture (see
   /// JobPicture::Retraction). `state`: the new state of the job's run.
   void restart_leases(Job& job, const RunState& state);
-  /// Returns a queue for tasks that work on the job. If a task throws, the job fails. `doing`: what
-  /// the tasks do, for the reason of the failure.
-  [[nodiscard]] JobThread::Guarded for_job(const Job& job, const std::string& doing);
+  /// Gives the job thread a task that works on the job. If it throws, the job fails. `doing`: what
+  /// the task does, for the reason of the failure.
+  void for_job(const Job& job, const std::string& doing, JobThread::Task task);
 
   /// Finds the frames of a series, in order. Empty: no series has this number.
   std::vector<Job*> frames_of(JobId series) const;
@@ -100,14 +100,12 @@ class JobBook {
   void join_series(JobRecord& record);
   void make_room_for_job();
   [[nodiscard]] bool fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const;
-  [[nodiscard]] PictureJudge judge_of(const JobRecord& record) const;
   /// Runs `step` on the job thread and then begins to trace the pass that the run has begun.
   /// `doing` names the task in messages. `purpose` completes the message about lack of memory.
   void prepare_pass(Job& job, const std::string& doing, const std::string& purpose,
                     std::function<void(JobRun&, Prepared&)> step);
   void trace_prepared(Job& job, Prepared& prepared);
   void begin_tracing(Job& job, const RunState& state, const std::vector<CellRange>& missing);
-  void next_pass(Job& job);
   void note_finished(Job& job, FinishedJob& finished);
   void end_job(Job& job, JobState state, const std::string& reason);
   void close_job(Job& job, JobState state, const std::string& reason);
@@ -121,7 +119,6 @@ class JobBook {
   void note_error(Job& job, std::uint64_t samples);
   void keep_unfinished(const Job& job, std::shared_ptr<JobRun> run);
   void drop_unfinished(std::uint64_t& in_use);
-  void note_damaged_rows(Job& job, const std::string& damage);
   void note_usage(Store::Usage usage);
   [[nodiscard]] Wait general_wait(const Job& job);
   [[nodiscard]] Wait series_wait(const Job& first_unfinished);

@@ -2,7 +2,6 @@
 
 #include "common/base/error.h"
 #include "coordinator/jobs/job_book.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 

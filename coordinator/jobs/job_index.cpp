@@ -1,9 +1,5 @@
 #include "coordinator/jobs/job_index.h"
 
-#include <algorithm>
-
-#include "coordinator/loop/submit_token.h"
-
 namespace parray::coordinator {
 
 static std::uint64_t pixels_of(const Job& job) { return pixel_count(job.record.settings); }

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -12,6 +14,20 @@
 #include "coordinator/jobs/series.h"
 
 namespace parray::coordinator {
+
+/// Returns the name in a submit's token, which is NAME or NAME#DIGEST. The name identifies the job,
+/// so that a repeated submit makes no second job. The digest of the submitted content shows if
+/// another content has the same name.
+inline std::string name_in_token(std::string_view token) {
+  return std::string(token.substr(0, std::min(token.find('#'), token.size())));
+}
+
+/// Returns whether two tokens with the same name may stand for the same content. A token without a
+/// digest may stand for any content.
+inline bool may_be_same_content(std::string_view a, std::string_view b) {
+  const bool both = a.find('#') != std::string_view::npos && b.find('#') != std::string_view::npos;
+  return !both || a == b;
+}
 
 /// Finds jobs by the keys in messages, so that no message needs to look at all jobs. Every call
 /// takes logarithmic time in the number of jobs, plus linear time in the frames that it returns.

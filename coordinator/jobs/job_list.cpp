@@ -7,41 +7,19 @@
 #include <string_view>
 #include <tuple>
 
-#include "common/base/ascii.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
-#include "coordinator/jobs/job_times.h"
 
 namespace parray::coordinator {
 namespace {
 
 using Frames = JobIndex::Frames;
 
-/// Returns whether the comma-separated list `names` contains `state`.
-bool is_among(std::string_view names, std::string_view state) {
-  for (std::size_t begin = 0; begin < names.size();) {
-    const std::size_t end = std::min(names.find(',', begin), names.size());
-    if (names.substr(begin, end - begin) == state) return true;
-    begin = end + 1;
-  }
-  return false;
-}
-
-/// `part`: in lower case.
-bool contains(std::string_view text, std::string_view part) {
-  const auto same = [](char a, char b) { return ascii::lower(a) == b; };
-  // Not std::ranges::search: Clang 14 cannot compile its result, a subrange.
-  return std::search(text.begin(), text.end(), part.begin(), part.end(), same) != text.end() ||
-         part.empty();
-}
-
 /// A job or series with the values that a list needs.
 class Row {
  public:
   Row(const Frames& frames, Time now) : frames_(&frames), now_(now) {}
 
-  [[nodiscard]] const Frames* frames() const { return frames_; }
-  [[nodiscard]] JobId id() const { return first().record.listed_as(); }
   [[nodiscard]] const JobRecord& record() const { return first().record; }
   [[nodiscard]] std::string_view state() const {
     return is_series() ? name_of(state_of(series(), now_)) : first().shown_state();
@@ -54,7 +32,7 @@ class Row {
       return is_series() ? times_of(series(), now_) : times_of(first(), now_);
     };
     switch (sort) {
-      case msg::JobSort::priority: return priority();
+      case msg::JobSort::priority: return is_series() ? priority_of(series()) : record().priority;
       case msg::JobSort::submitted: return times().submitted.value_or(unknown);
       case msg::JobSort::finished: return times().finished.value_or(unknown);
       case msg::JobSort::taken: return times().taken.value_or(unknown);
@@ -76,19 +54,30 @@ class Row {
   [[nodiscard]] const Job& first() const { return *frames_->begin()->second; }
   [[nodiscard]] bool is_series() const { return record().series_id != 0; }
   [[nodiscard]] Series series() const { return series_of(*frames_); }
-  [[nodiscard]] double priority() const {
-    return is_series() ? priority_of(series()) : record().priority;
-  }
 
   const Frames* frames_;
   Time now_;
 };
 
-bool matches(const Row& row, const msg::ListJobs& request, const std::string& part) {
-  return (request.user.empty() || row.record().user == request.user) &&
-         contains(row.record().name, part) &&
-         (request.states.empty() || is_among(request.states, row.state()));
-}
+/// The conditions of a request, which must outlive it.
+class Filter {
+ public:
+  explicit Filter(const msg::ListJobs& request)
+      : request_(request),
+        part_(lower_case(request.name)),
+        states_(words_of(request.states, ",")) {}
+
+  [[nodiscard]] bool fits(const Row& row) const {
+    return (request_.user.empty() || row.record().user == request_.user) &&
+           (part_.empty() || lower_case(row.record().name).find(part_) != std::string::npos) &&
+           (request_.states.empty() || place_in(states_, row.state()));
+  }
+
+ private:
+  const msg::ListJobs& request_;
+  std::string part_;
+  std::vector<std::string_view> states_;
+};
 
 struct Sorted {
   double number;
@@ -115,14 +104,14 @@ void cut_page(std::vector<Sorted>& rows, const msg::ListJobs& request, JobList& 
 }  // namespace
 
 JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now) {
-  const std::string part = lower_case(request.name);
+  const Filter filter(request);
   const auto& listed = index.listed();
   const auto end = request.before == 0 ? listed.end() : listed.lower_bound(request.before);
   JobList list;
   if (request.order == msg::JobOrder::newest) {
     for (auto entry = std::make_reverse_iterator(end);
          entry != listed.rend() && list.page.size() < request.limit; ++entry) {
-      if (matches({entry->second, now}, request, part)) list.page.push_back(&entry->second);
+      if (filter.fits({entry->second, now})) list.page.push_back(&entry->second);
     }
     std::ranges::reverse(list.page);
     return list;
@@ -130,7 +119,7 @@ JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now) {
   std::vector<Sorted> rows;
   for (const auto& [id, frames] : listed) {
     const Row row(frames, now);
-    if (!matches(row, request, part)) continue;
+    if (!filter.fits(row)) continue;
     ++list.total;
     if (request.before == 0 || id < request.before) {
       rows.push_back({row.number(request.sort), row.text(request.sort), id, &frames});

@@ -61,7 +61,14 @@ JobPicture::Retraction JobPicture::retract(TracerKey tracer) {
     auto retraction = collector_->retract(tracer);
     return {std::move(retraction.cells), false, std::move(retraction.unchecked)};
   }
-  restart();
+  collector_.reset();
+  journal_.clear();
+  earlier_tracers_.clear();
+  earlier_cells_ = earlier_checked_ = 0;
+  framebuffer_ = Framebuffer(settings_->width, settings_->height);
+  passes_ = std::make_unique<PassController>(settings_, scene_.largest_radiance,
+                                             std::vector<std::uint64_t>{}, judge_);
+  begin_pass();
   return {{{0, plan()->cells()}}, true, {}};
 }
 
@@ -73,17 +80,6 @@ double JobPicture::checked_share() const {
 
 bool JobPicture::relies_on(TracerKey tracer) const {
   return earlier_tracers_.contains(tracer) || (collector_ && collector_->relies_on(tracer));
-}
-
-void JobPicture::restart() {
-  collector_.reset();
-  journal_.clear();
-  earlier_tracers_.clear();
-  earlier_cells_ = earlier_checked_ = 0;
-  framebuffer_ = Framebuffer(settings_->width, settings_->height);
-  passes_ = std::make_unique<PassController>(settings_, scene_.largest_radiance,
-                                             std::vector<std::uint64_t>{}, judge_);
-  begin_pass();
 }
 
 ErrorEstimate JobPicture::error() const {
@@ -142,13 +138,14 @@ void JobPicture::replay(std::string_view entry) {
     const auto tracer = in.get<TracerKey>();
     const CellRange range = take_range();
     const CellBatch batch = plan()->batch(range);
-    take(tracer, unpack_cells(in.get_bytes(in.left()), batch, settings_->max_depth));
+    collector_->take(tracer, unpack_cells(in.get_bytes(in.left()), batch, settings_->max_depth));
     return;
   }
   if (kind == EntryKind::check || kind == EntryKind::wanted) {
     const auto tracer = in.get<TracerKey>();
     const CellRange range = take_range();
-    kind == EntryKind::check ? note_check(tracer, range) : note_wanted(range);
+    kind == EntryKind::check ? collector_->note_check(tracer, range)
+                             : collector_->note_wanted(range);
     return;
   }
   if (kind != EntryKind::retraction) throw DecodeError("an entry of an unknown kind");

@@ -43,17 +43,6 @@ class JobPicture {
   /// false if the picture is complete.
   bool begin_pass(const PassTimes& times = {});
 
-  /// Merges cells of the current pass that `tracer` has traced: the machine_key() of a worker, or
-  /// the tracer_key() of a rank.
-  ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced) {
-    return collector_->take(tracer, traced);
-  }
-  /// Does the same with `digests` and `cells`: see ResultCollector::take().
-  ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced,
-                              std::vector<std::uint64_t> digests, std::span<const Cell> cells) {
-    return collector_->take(tracer, traced, std::move(digests), cells);
-  }
-
   /// What retract() changed.
   struct Retraction {
     /// Cells to trace again: none if the tracer traced nothing, all of the first pass after a
@@ -66,12 +55,6 @@ class JobPicture {
   /// passes restarts, because the wrong sums have influenced its passes, unless the tracer has only
   /// checked cells of the current pass.
   Retraction retract(TracerKey tracer);
-  /// Calls ResultCollector::note_check().
-  void note_check(TracerKey tracer, const CellRange& range) {
-    collector_->note_check(tracer, range);
-  }
-  /// Notes that a check of the range is wanted.
-  void note_wanted(const CellRange& range) { collector_->note_wanted(range); }
   /// Returns the share, 0 to 1, of the merged cells that were traced twice with equal bits.
   [[nodiscard]] double checked_share() const;
   /// Returns whether `tracer` has traced or checked cells in this pass or an earlier one.
@@ -85,7 +68,8 @@ class JobPicture {
   /// Does the same for any pass.
   static std::string cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
                                  std::string_view packed);
-  /// Returns the log entry of note_check(), note_wanted() or retract().
+  /// Returns the log entry of retract(), or of a call of the collector's note_check() or
+  /// note_wanted().
   [[nodiscard]] std::string check_entry(TracerKey tracer, const CellRange& range) const;
   [[nodiscard]] std::string wanted_entry(const CellRange& range) const;
   [[nodiscard]] std::string retraction_entry(const std::vector<CellRange>& cells) const;
@@ -105,12 +89,12 @@ class JobPicture {
   [[nodiscard]] const SceneFacts& scene() const { return scene_; }
   [[nodiscard]] const Framebuffer& framebuffer() const { return framebuffer_; }
   [[nodiscard]] const PassController& passes() const { return *passes_; }
+  /// Collects the results of the current pass. Tracers are the machine_key() of a worker and the
+  /// tracer_key() of a rank.
   [[nodiscard]] ResultCollector& collector() { return *collector_; }
   [[nodiscard]] const ResultCollector& collector() const { return *collector_; }
   /// Returns the plan of the current pass.
-  [[nodiscard]] const std::shared_ptr<const WorkPlan>& plan() const {
-    return collector_->shared_plan();
-  }
+  [[nodiscard]] const std::shared_ptr<const WorkPlan>& plan() const { return collector_->plan(); }
   /// Estimates the error of the picture as it is now.
   [[nodiscard]] ErrorEstimate error() const;
   [[nodiscard]] FramebufferView view() const { return framebuffer_.view(scene_.largest_radiance); }
@@ -119,8 +103,6 @@ class JobPicture {
   static std::uint64_t memory(const RenderSettings& settings);
 
  private:
-  void restart();
-
   Boxed<RenderSettings> settings_;
   SceneFacts scene_;
   std::uint32_t tile_;

@@ -96,7 +96,7 @@ std::vector<JournalEntry> JobRun::entries_of_pass(double at) const {
 
 ResultCollector::Taken JobRun::take(TracerKey tracer, const TracedCells& cells,
                                     std::string_view packed) {
-  ResultCollector::Taken taken = picture_->take(tracer, cells);
+  ResultCollector::Taken taken = picture_->collector().take(tracer, cells);
   if (store_ != nullptr) append(picture_->cells_entry(tracer, cells.range, packed));
   return taken;
 }
@@ -112,12 +112,12 @@ void JobRun::keep(TracerKey tracer, TracedCells cells) {
 }
 
 void JobRun::note_check(TracerKey tracer, const CellRange& range) {
-  picture_->note_check(tracer, range);
+  picture_->collector().note_check(tracer, range);
   append(picture_->check_entry(tracer, range));
 }
 
 void JobRun::note_wanted(const CellRange& range) {
-  picture_->note_wanted(range);
+  picture_->collector().note_wanted(range);
   append(picture_->wanted_entry(range));
 }
 

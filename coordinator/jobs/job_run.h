@@ -12,7 +12,7 @@
 
 #include "common/image/picture_bytes.h"
 #include "common/scene/settings_fwd.h"
-#include "coordinator/disputes/fault_findings.h"
+#include "coordinator/disputes/machines.h"
 #include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/store.h"
 

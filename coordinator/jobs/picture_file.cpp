@@ -21,7 +21,6 @@ PictureFile read_picture_file(Store& store, JobId job) {
 
 std::string flag_with(const std::string& flag, const PictureFile& kept) {
   const std::size_t old = flag.find(note_begin);
-  // The note on a restored file stays, because the disk may be defective.
   const bool mended = old != std::string::npos && flag.find("restored", old) != std::string::npos;
   if (kept.damage.empty() && (mended || !kept.bytes)) return flag;
   std::string begin = flag.substr(0, old);

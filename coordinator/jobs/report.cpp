@@ -118,6 +118,18 @@ ShownImage shown_image(const JobPicture& picture) {
   return shown;
 }
 
+PictureParts parts_so_far(const JobPicture& picture, bool statistics) {
+  PictureParts parts;
+  parts.image = shown_image(picture).image;
+  if (statistics) {
+    const auto samples = picture.framebuffer().samples();
+    ErrorEstimate error = estimate_error(picture.view());
+    error.half_width.resize(parts.image.rgb.size(), std::numeric_limits<float>::infinity());
+    parts.statistics = {{samples.begin(), samples.end()}, std::move(error.half_width)};
+  }
+  return parts;
+}
+
 FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
                                const RenderFacts& facts) {
   auto [image, fill] = shown_image(picture);

@@ -40,6 +40,11 @@ struct ShownImage {
 /// Makes a picture's floats from its current sums.
 ShownImage shown_image(const JobPicture& picture);
 
+/// Makes the picture from the current sums. Pixels without a sample get the colours of others. All
+/// half-widths are infinite while any pixel has fewer than two samples. `statistics`: also the
+/// numbers of samples and the half-widths, which take longer.
+PictureParts parts_so_far(const JobPicture& picture, bool statistics);
+
 /// A picture that is complete.
 struct FinishedPicture {
   PictureParts picture;

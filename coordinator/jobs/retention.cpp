@@ -1,15 +1,14 @@
-// Decides which jobs and files the coordinator keeps, and for how long.
+// Decides which jobs and files the coordinator keeps, and for how long; counts their memory.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
-#include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
 
 namespace parray::coordinator {
@@ -32,12 +31,12 @@ void JobBook::keep_house(Time now) {
   estimate_errors();
   if (farm_.store == nullptr) return;
   keep_farm_notes();
-  farm_.for_log("removing old files and counting the bytes of jobs")
-      .give([this, store = farm_.store,
-             keep_lost = farm_.options.limits.keep_lost_seconds]() -> JobThread::Completion {
-        store->tidy(keep_lost);
-        return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }};
-      });
+  const double keep_lost = farm_.options.limits.keep_lost_seconds;
+  const auto task = [this, store = farm_.store, keep_lost]() -> JobThread::Completion {
+    store->tidy(keep_lost);
+    return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }};
+  };
+  farm_.for_log("removing old files and counting the bytes of jobs", task);
 }
 
 /// Stores what the next process cannot compute: the uptime and the progress of jobs.
@@ -56,14 +55,14 @@ void JobBook::keep_farm_notes() {
   if (!later && text == progress_kept_) return;
   uptime_kept_ = later ? farm_.uptime() : uptime_kept_;
   progress_kept_ = text;
-  farm_.for_log("storing the uptime and the progress of jobs")
-      .give([store = farm_.store, text, users = farm_.watch.accounts_text(),
-             seconds_up = farm_.uptime()]() -> JobThread::Completion {
-        store->put_note(progress_note, text);
-        store->put_note(users_note, users);
-        store->put_note(uptime_note, std::to_string(static_cast<std::uint64_t>(seconds_up)));
-        return {};
-      });
+  auto task = [store = farm_.store, text, users = farm_.watch.accounts_text(),
+               seconds_up = farm_.uptime()]() -> JobThread::Completion {
+    store->put_note(progress_note, text);
+    store->put_note(users_note, users);
+    store->put_note(uptime_note, std::to_string(static_cast<std::uint64_t>(seconds_up)));
+    return {};
+  };
+  farm_.for_log("storing the uptime and the progress of jobs", std::move(task));
 }
 
 /// Restores the farm's uptime and the progress of its jobs.
@@ -97,14 +96,6 @@ void JobBook::forget_old_jobs() {
     }
   }
   for (const JobId number : old) forget_listed(number, "because of its age (--keep-days)");
-}
-
-void JobBook::note_damaged_rows(Job& job, const std::string& damage) {
-  if (!damage.empty()) {
-    farm_.note(job, "stored results are damaged and will be traced again: " + damage);
-    farm_.log->warn("job {}: {}: workers will trace the rest again", job.record.id, damage);
-    farm_.keep(job);
-  }
 }
 
 /// Takes over a new count. Forgets the oldest ended jobs if there is too little room.
@@ -146,11 +137,11 @@ void JobBook::forget_job(JobId id, const std::string& why) {
   farm_.index.remove(found->second);
   farm_.jobs.erase(found);
   if (farm_.store != nullptr) {
-    farm_.for_log(fmt::format("forgetting job {}", id))
-        .give([store = farm_.store, id]() -> JobThread::Completion {
-          store->drop_job(id);
-          return {};
-        });
+    const auto task = [store = farm_.store, id]() -> JobThread::Completion {
+      store->drop_job(id);
+      return {};
+    };
+    farm_.for_log(fmt::format("forgetting job {}", id), task);
   }
   if (farm_.index.listed_as(listed) == nullptr) forget_previews(listed);
 }
@@ -174,11 +165,100 @@ void JobBook::forget_listed(JobId number, const std::string& why) {
 
 void JobBook::forget_all(const Series& listed, const std::string& why) {
   const JobId number = listed.front()->record.listed_as();
-  std::vector<JobId> ids;
-  std::ranges::transform(listed, std::back_inserter(ids),
-                         [](const Job* job) { return job->record.id; });
-  for (const JobId id : ids) forget_job(id, why);
+  for (const Job* job : listed) forget_job(job->record.id, why);
   std::erase_if(series_, [number](const auto& series) { return series.second == number; });
+}
+
+/// Drops data of the oldest ended jobs first, and the last picture only if there is no other way.
+bool JobBook::make_room(std::uint64_t bytes) {
+  if (farm_.store != nullptr) {
+    return memory_in_use() + bytes <= farm_.options.memory;  // the store keeps ended jobs
+  }
+  std::uint64_t in_use = memory_in_use() + bytes;
+  drop_unfinished(in_use);
+  std::uint64_t kept = 0;
+  std::size_t pictures = 0;
+  bool at_work = false;
+  for (const auto& [id, job] : farm_.jobs) {
+    kept += job.kept_bytes();
+    pictures += job.picture_bytes > 0 ? 1 : 0;
+    at_work = at_work || job.work;
+  }
+  if (in_use - kept > farm_.options.memory) {
+    return false;  // dropping everything would not suffice
+  }
+  for (auto& [id, job] : farm_.jobs) {
+    if (in_use <= farm_.options.memory) break;
+    const bool last_picture = job.picture_bytes > 0 && pictures == 1;
+    if (job.kept_bytes() == 0 || (last_picture && (at_work || bytes == 0))) continue;
+    in_use -= job.kept_bytes();
+    pictures -= job.picture_bytes > 0 ? 1 : 0;
+    job.picture = {};
+    job.journal = {};
+    job.picture_bytes = 0;
+    job.scene = {};
+  }
+  return in_use <= farm_.options.memory;
+}
+
+std::uint64_t JobBook::memory_of(const Job& job) const {
+  return JobPicture::memory(job.record.settings) +
+         (farm_.store != nullptr ? job.record.scene_bytes : 0);
+}
+
+std::uint64_t JobBook::memory_in_use() const {
+  std::uint64_t bytes = disputes_.referee().memory() + farm_.bulk.bytes() +
+                        farm_.log_pictures.bytes() + farm_.scenes_waiting.bytes();
+  for (const JobId id : farm_.at_work) bytes += memory_of(farm_.jobs.at(id));
+  if (farm_.store == nullptr) {
+    for (const auto& [id, job] : farm_.jobs) bytes += job.scene.size() + job.picture_bytes;
+  }
+  return bytes;
+}
+
+/// Returns whether memory suffices for all scenes and the largest picture of the open jobs and a
+/// new job that needs `needed` bytes with its scene. Otherwise some job could never start.
+bool JobBook::fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const {
+  std::uint64_t scenes = scene;
+  std::uint64_t largest = needed - scene;
+  for (const JobId id : farm_.index.open()) {
+    scenes += farm_.jobs.at(id).scene.size();
+    largest = std::max(largest, JobPicture::memory(farm_.jobs.at(id).record.settings));
+  }
+  return scenes + largest <= farm_.options.memory;
+}
+
+/// Without a store: keeps the unfinished picture of a job that has ended, if there is room.
+void JobBook::keep_unfinished(const Job& job, std::shared_ptr<JobRun> run) {
+  const RenderSettings& s = job.record.settings;
+  const std::uint64_t bytes = picture_size(s.width, s.height, PictureDetail::statistics);
+  const auto fits = [this, bytes] { return memory_in_use() + bytes <= farm_.options.memory; };
+  if (!fits()) return;
+  auto task = [this, fits, bytes, run = std::move(run), id = job.record.id,
+               ended = job.record.ended]() -> JobThread::Completion {
+    const auto parts = std::make_shared<const PictureParts>(parts_so_far(run->picture(), true));
+    return {[this, fits, bytes, id, ended, parts] {
+      Job* there = farm_.job_of(id);
+      if (there != nullptr && there->ended() && there->record.state != JobState::done &&
+          there->record.ended == ended && fits()) {
+        there->picture = PicturePayload(parts);
+        there->picture_bytes = bytes;
+      }
+    }};
+  };
+  farm_.for_log(fmt::format("keeping the picture of job {}", job.record.id), std::move(task));
+}
+
+/// Drops what is left of the pictures of cancelled and failed jobs, until `in_use` fits.
+void JobBook::drop_unfinished(std::uint64_t& in_use) {
+  for (auto& [id, job] : farm_.jobs) {
+    if (in_use <= farm_.options.memory) return;
+    if (job.ended() && job.record.state != JobState::done && job.picture_bytes > 0) {
+      in_use -= job.picture_bytes;
+      job.picture = {};
+      job.picture_bytes = 0;
+    }
+  }
 }
 
 }  // namespace parray::coordinator

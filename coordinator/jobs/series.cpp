@@ -3,10 +3,13 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "common/base/printable.h"
-#include "coordinator/jobs/job_times.h"
 
 namespace parray::coordinator {
 namespace {
@@ -24,6 +27,7 @@ struct Totals {
   std::uint32_t missing = 0;  ///< not submitted yet
   double progress = 0;        ///< summed
   double samples_left = 0;
+  double samples_a_pixel = 0;
   double samples_per_second = 0;
 };
 
@@ -46,7 +50,8 @@ Totals totals_of(const Series& series, Time now) {
     totals.cancelled += state == JobState::cancelled ? 1 : 0;
     totals.progress += job->ended() ? 1 : job->progress(now);
     totals.samples_left += job->ended() ? 0 : job->samples_left(now);
-    totals.begun += job->ended() || (job->work && job->work->started != never) ? 1 : 0;
+    totals.samples_a_pixel += job->samples_a_pixel();
+    totals.begun += job->ended() || job->begun() ? 1 : 0;
     // Two frames may be traced at a time; each speed is that of all workers.
     totals.samples_per_second = std::max(totals.samples_per_second, job->samples_per_second(now));
   }
@@ -92,15 +97,12 @@ std::string flag_of(const Series& series) {
              : fmt::format("frame {}: {}", (*found)->record.frame, (*found)->record.flag);
 }
 
-/// Adds the times and the samples of a series.
-void add_course(json& summary, const Series& series, Time now) {
-  add_times(summary, times_of(series, now));
-  double samples = 0;
-  for (const Job* job : series) samples += job->samples_a_pixel();
-  summary["samples_taken"] = samples / static_cast<double>(series.size());
-  summary["has_picture"] = false;  // each frame has its own
-  summary.erase("ended_by");
-}
+/// Equal events of several frames, which one action of a client has caused.
+struct SameEvents {
+  double at = 0;
+  std::size_t frames = 0;
+  std::uint32_t frame = 0;  ///< the first
+};
 
 }  // namespace
 
@@ -114,6 +116,27 @@ bool has_ended(const Series& series) {
 const Job* first_unfinished(const Series& series) {
   const auto found = std::ranges::find_if(series, [](const Job* j) { return !j->ended(); });
   return found == series.end() ? nullptr : *found;
+}
+
+JobTimes times_of(const Series& series, Time now) {
+  JobTimes times;
+  double latest = 0;  // the latest time at which a frame was traced
+  const auto take_least = [](std::optional<double>& kept, const std::optional<double>& next) {
+    if (next) kept = std::min(kept.value_or(*next), *next);
+  };
+  for (const Job* job : series) {
+    const JobTimes frame = times_of(*job, now);
+    take_least(times.submitted, frame.submitted);
+    take_least(times.started, frame.started);
+    if (frame.started) {
+      latest = std::max(latest, frame.finished.value_or(*frame.started + *frame.taken));
+    }
+  }
+  if (times.started) {
+    times.taken = latest - *times.started;
+    times.finished = has_ended(series) ? std::optional(latest) : std::nullopt;
+  }
+  return times;
 }
 
 json series_summary(const Series& series, Time now, const std::string& waits_for) {
@@ -138,7 +161,10 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   summary["reason"] = reason_of(series, totals);
   summary["flag"] = flag_of(series);
   summary["whole"] = false;
-  add_course(summary, series, now);
+  add_times(summary, times_of(series, now));
+  summary["samples_taken"] = totals.samples_a_pixel / static_cast<double>(series.size());
+  summary["has_picture"] = false;  // each frame has its own
+  summary.erase("ended_by");
   if (totals.unfinished == 0 && state == JobState::queued) {
     summary["waits_for"] = fmt::format(
         "{} of {} frames: repeat the same parray submit to submit them", totals.missing, frames);
@@ -175,6 +201,45 @@ json frame_list(const Series& series, Time now, std::uint32_t from) {
     }
   }
   return list;
+}
+
+std::vector<JobEvent> events_of(const Series& series) {
+  constexpr double at_once = 5;  // seconds within which one action reaches all frames
+  std::optional<JobEvent> submitted;
+  std::optional<JobEvent> begun;
+  const auto keep_earliest = [](std::optional<JobEvent>& kept, const JobEvent& event) {
+    if (!kept || event.at < kept->at) kept = event;
+  };
+  std::map<std::pair<std::string_view, long>, SameEvents> others;
+  for (const Job* job : series) {
+    for (const JobEvent& event : job->record.events) {
+      if (event.what == "done") continue;
+      if (event.what.starts_with("submitted")) {
+        keep_earliest(submitted, event);
+      } else if (event.what == "started") {
+        keep_earliest(begun, event);
+      } else {
+        const auto [entry, is_new] =
+            others.try_emplace({event.what, std::lround(event.at / at_once)},
+                               SameEvents{event.at, 0, job->record.frame});
+        ++entry->second.frames;
+        entry->second.at = std::min(entry->second.at, event.at);
+      }
+    }
+  }
+  std::vector<JobEvent> all;
+  for (const auto& first : {submitted, begun}) {
+    if (first) all.push_back(*first);
+  }
+  for (const auto& [key, same] : others) {
+    const bool single = same.frames == 1 && series.size() > 1;
+    all.push_back({same.at, single ? fmt::format("frame {}: {}", same.frame, key.first)
+                                   : std::string(key.first)});
+  }
+  std::ranges::stable_sort(all, {}, &JobEvent::at);
+  JobRecord shortened;  // keeps the first and the latest
+  for (JobEvent& event : all) shortened.note(event.at, std::move(event.what));
+  return shortened.events;
 }
 
 }  // namespace parray::coordinator

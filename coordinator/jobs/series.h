@@ -23,7 +23,8 @@ const Job* first_unfinished(const Series& series);
 /// waits for; empty: nothing.
 nlohmann::json series_summary(const Series& series, Time now, const std::string& waits_for);
 
-/// Return values that the job map of the series contains.
+/// Return values that the job map of the series contains, in linear time in the number of frames.
+JobTimes times_of(const Series& series, Time now);
 JobState state_of(const Series& series, Time now);
 double progress_of(const Series& series, Time now);
 /// Returns the priority of the first unfinished frame, or of the first frame if all have ended.

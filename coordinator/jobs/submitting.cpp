@@ -12,8 +12,6 @@
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
-#include "coordinator/loop/farm.h"
-#include "coordinator/loop/submit_token.h"
 
 namespace parray::coordinator {
 
@@ -23,6 +21,10 @@ namespace {
 
 std::string megabytes(std::uint64_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+}
+
+std::string gigabytes(std::uint64_t bytes) {
+  return fmt::format("{:.1f} GiB", static_cast<double>(bytes) * 0x1p-30);
 }
 
 /// Returns what identifies a submitted job: two users may use the same token.
@@ -116,14 +118,13 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
   }
   ++next_job_;
   if (record.series_id != 0) series_[{user, m.series}] = record.series_id;
-  const auto guarded =
-      farm_.job_thread.guarded([this, accepted, peer, request = m.request](const std::string& why) {
-        accepted->refusal = why;
-        accepted->status = 1;
-        accept_job(peer, request, *accepted);
-      });
-  guarded.give([this, accepted, store = farm_.store, peer, request = m.request,
-                scene = std::move(m.scene)]() -> JobThread::Completion {
+  auto failed = [this, accepted, peer, request = m.request](const std::string& why) {
+    accepted->refusal = why;
+    accepted->status = 1;
+    accept_job(peer, request, *accepted);
+  };
+  auto task = [this, accepted, store = farm_.store, peer, request = m.request,
+               scene = std::move(m.scene)]() -> JobThread::Completion {
     Job& job = accepted->job;
     try {
       job.record.scene = scene.identity();
@@ -154,7 +155,8 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     const auto outcome = [this, accepted, peer, request] { accept_job(peer, request, *accepted); };
     return accepted->refusal.empty() ? JobThread::Completion{{}, outcome}
                                      : JobThread::Completion{outcome};
-  });
+  };
+  farm_.job_thread.give(std::move(task), std::move(failed));
 }
 
 void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted) {
@@ -233,25 +235,16 @@ void JobBook::check_preview(const JobRecord& record) const {
   }
 }
 
-namespace {
-
-std::string gigabytes(std::uint64_t bytes) {
-  return fmt::format("{:.1f} GiB", static_cast<double>(bytes) * 0x1p-30);
-}
-
-std::uint64_t pixels_of(const JobRecord& record) { return pixel_count(record.settings); }
-
-}  // namespace
-
 void JobBook::check_limits(const JobRecord& record) const {
   const Limits& limits = farm_.options.limits;
   const std::string whose =
       record.user.empty() ? "clients without a key have" : "'" + record.user + "' has";
-  if (pixels_of(record) > limits.pixels) {
+  const std::uint64_t own_pixels = pixel_count(record.settings);
+  if (own_pixels > limits.pixels) {
     throw InputError(
         fmt::format("the picture has {} pixels, and this coordinator allows {}: render "
                     "fewer, or raise --max-pixels",
-                    pixels_of(record), limits.pixels));
+                    own_pixels, limits.pixels));
   }
   const JobIndex::Open others = farm_.index.open_of(record.user, record.listed_as());
   std::map<JobId, std::uint64_t> arriving;  // jobs that the index does not contain yet
@@ -263,9 +256,8 @@ void JobBook::check_limits(const JobRecord& record) const {
   }
   const std::size_t jobs = others.jobs + arriving.size();
   // A series counts with its largest frame.
-  std::uint64_t pixels =
-      others.pixels +
-      std::max(pixels_of(record), farm_.index.open_pixels(record.user, record.listed_as()));
+  std::uint64_t pixels = others.pixels + std::max(own_pixels, farm_.index.open_pixels(
+                                                                  record.user, record.listed_as()));
   for (const auto& [listed, of_job] : arriving) pixels += of_job;
   const auto used = disk_of_.find(record.user);
   const std::uint64_t disk = record.scene_bytes + (used == disk_of_.end() ? 0 : used->second);

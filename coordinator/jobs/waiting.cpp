@@ -1,28 +1,20 @@
-// Says what jobs wait for, and how long they will.
+// Says what jobs wait for, how long they will, and how good their pictures are.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/fair_queue.h"
 #include "coordinator/jobs/job_book.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 
 using nlohmann::json;
 
 namespace {
-
-std::uint64_t usable_threads(const Farm& farm) {
-  std::uint64_t threads = 0;
-  for (const auto& [peer, worker] : farm.workers) {
-    threads += worker.may_trace() ? worker.hello.threads : 0;
-  }
-  return threads;
-}
 
 /// Estimates the thread-seconds that a job still needs on `threads` threads.
 double work_left(const Farm& farm, const Job& job, std::uint64_t threads) {
@@ -58,6 +50,45 @@ void add_wait(json& summary, const JobBook::Wait& wait) {
   summary["waits_for_job"] = wait.job == 0 ? json() : json(wait.job);
   summary["queue_place"] = wait.place == 0 ? json() : json(wait.place);
   summary["starts_in"] = wait.starts_in ? json(*wait.starts_in) : json();
+}
+
+/// Estimates per look of the housekeeping. Each reads about some_pixels pixels, which takes at most
+/// 20 ms, so that they take less than 2 % of the job thread's time.
+constexpr std::size_t most_estimates = 4;
+constexpr std::size_t some_pixels = std::size_t{1} << 16;
+/// Number of waiting tasks of the job thread from which nothing is estimated.
+constexpr std::size_t busy_backlog = 64;
+/// A picture gets a new estimate when it has this many times the samples.
+constexpr double growth = 1.05;
+/// Under a shorter time limit, every moment of the job thread counts.
+constexpr double short_limit = 60;
+/// Least time between two estimates of a picture that is rendered only in part.
+constexpr Time part_interval = seconds(2);
+
+bool wants_estimate(const Job& job, Time now) {
+  const RenderSettings& s = job.record.settings;
+  if (!job.tracing() || job.record.state == JobState::paused || s.target_error > 0 ||
+      s.target_half_width > 0) {
+    return false;
+  }
+  const auto& curve = job.record.course.curve;
+  if (curve.empty() && job.work->error_at != never && now - job.work->error_at < part_interval) {
+    return false;
+  }
+  return job.samples_a_pixel() >=
+             std::max(curve.empty() ? 0 : growth * curve.back().samples, 2.0) &&
+         (s.time_limit == 0 || s.time_limit >= short_limit);
+}
+
+/// Estimates the error from some rows of a large picture: that of the whole picture or, while some
+/// pixels have fewer than two samples, that of the other pixels.
+PartialError error_of_some_rows(const JobPicture& picture) {
+  constexpr std::size_t least_stride = 8;  // a smaller stride reads nearly all rows
+  const FramebufferView view = picture.view();
+  const std::size_t part = view.pixels.size() / some_pixels;
+  const std::size_t stride = part < 2 ? 1 : std::max(part, least_stride);
+  const ErrorEstimate whole = estimate_error(view, stride);
+  return whole.known() ? PartialError{whole, 1} : estimate_rmse_so_far(view, stride);
 }
 
 }  // namespace
@@ -161,7 +192,7 @@ void JobBook::renew_outlook() {
   }
   outlook_at_ = farm_.now;
   outlook_of_changes_ = farm_.queue_changes;
-  const std::uint64_t threads = usable_threads(farm_);
+  const std::uint64_t threads = farm_.workers.speed().threads;
   std::map<JobId, QueueOutlook::Entry> entries;
   for (const JobId id : farm_.index.open()) {
     const Job& job = farm_.jobs.at(id);
@@ -191,7 +222,7 @@ void JobBook::renew_outlook() {
 void JobBook::warn_of_long_jobs() {
   constexpr double day = 86400;
   constexpr double enough = 60;  // seconds of tracing that a forecast without passes needs
-  const std::uint64_t threads = usable_threads(farm_);
+  const std::uint64_t threads = farm_.workers.speed().threads;
   for (const JobId id : farm_.at_work) {
     Job& job = farm_.jobs.at(id);
     const RenderSettings& settings = job.record.settings;
@@ -211,6 +242,48 @@ void JobBook::warn_of_long_jobs() {
     farm_.keep(job);
     farm_.log->warn("job {} '{}' {}", id, job.record.name, job.record.warning);
   }
+}
+
+/// Estimates the errors of pictures without a target. Those with a target have an estimate after
+/// each pass.
+void JobBook::estimate_errors() {
+  if (farm_.job_thread.backlog() > busy_backlog) return;
+  std::vector<Job*> due;
+  for (const JobId id : farm_.at_work) {
+    Job& job = farm_.jobs.at(id);
+    if (wants_estimate(job, farm_.now)) due.push_back(&job);
+  }
+  std::ranges::sort(due, {}, [](const Job* job) {
+    return std::tuple(job->work->error_at == never ? Time(0) : job->work->error_at, job->record.id);
+  });
+  due.resize(std::min(due.size(), most_estimates));
+  for (Job* job : due) {
+    job->work->error_at = farm_.now;
+    auto task = [this, run = job->work->run, id = job->record.id,
+                 generation = job->work->generation]() -> JobThread::Completion {
+      const PartialError part = error_of_some_rows(run->picture());
+      const std::uint64_t samples = run->picture().framebuffer().counts().samples;
+      return {[this, id, generation, part, samples] {
+        Job* there = farm_.job_at_work(id, generation);
+        if (there == nullptr || !there->tracing()) return;
+        if (part.share < 1) {
+          there->work->error_so_far = part;
+        } else {
+          there->error = part.error;
+          note_error(*there, samples);
+        }
+      }};
+    };
+    farm_.for_log(fmt::format("estimating the error of job {}", job->record.id), std::move(task));
+  }
+}
+
+/// Adds Job::error to the curve of a picture that had `samples` samples.
+void JobBook::note_error(Job& job, std::uint64_t samples) {
+  const auto pixels = static_cast<double>(pixel_count(job.record.settings));
+  job.record.course.add(
+      {job.seconds_taken(farm_.now), static_cast<double>(samples) / pixels, job.error.rmse});
+  farm_.keep(job);
 }
 
 }  // namespace parray::coordinator

@@ -5,7 +5,6 @@
 
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/leases/lease_desk.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 
@@ -52,14 +51,10 @@ void LeaseDesk::queue_open_jobs() {
   farm_.grants_due = true;
 }
 
-namespace {
-
 /// If more tasks than this wait for the job thread, no leases are granted, to limit memory.
-constexpr std::size_t most_backlog = 4096;
+static constexpr std::size_t most_backlog = 4096;
 /// Grants per turn. They take some milliseconds, so that other messages do not wait long.
-constexpr int most_granted_at_once = 64;
-
-}  // namespace
+static constexpr int most_granted_at_once = 64;
 
 bool LeaseDesk::grant_leases(Time now) {
   if (!farm_.grants_due || !farm_.storage.empty() || farm_.job_thread.backlog() > most_backlog) {

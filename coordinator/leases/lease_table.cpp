@@ -104,8 +104,7 @@ bool LeaseTable::checks_remain() const {
 
 bool LeaseTable::release(Leases::iterator lease, WorkerId worker) {
   auto& holders = lease->second.holders;
-  const auto holder =
-      std::ranges::find_if(holders, [worker](const Holder& h) { return h.worker == worker; });
+  const auto holder = std::ranges::find(holders, worker, &Holder::worker);
   if (holder == holders.end()) return false;
   // If another holder has the same deadline, its entry stays.
   const bool shared = std::ranges::any_of(holders, [&](const Holder& h) {
@@ -136,17 +135,12 @@ static bool is_part(const CellRange& range, std::uint64_t cells) {
   return cells > 0 && cells < range.count();
 }
 
-/// Makes the cells after the first `cells` pending. Returns the workers that held a copy.
-std::vector<WorkerId> LeaseTable::shorten(Leases::iterator lease, std::uint64_t cells) {
-  CellRange& range = lease->second.range;
-  const std::uint64_t end = std::exchange(range.end, range.begin + cells);
-  add_pending({range.end, end});
-  std::vector<WorkerId> others;
-  for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
-    others.push_back(holder.worker);
-    release(lease, holder.worker);
-  }
-  return others;
+/// Takes a lease from all its holders, and returns them.
+std::vector<WorkerId> LeaseTable::release_all(Leases::iterator lease) {
+  std::vector<WorkerId> holders;
+  for (const Holder& holder : lease->second.holders) holders.push_back(holder.worker);
+  for (const WorkerId holder : holders) release(lease, holder);
+  return holders;
 }
 
 LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64_t cells) {
@@ -158,25 +152,22 @@ LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64
   }
   const auto lease = leased_.find(epoch);
   if (lease == leased_.end() || !release(lease, worker)) return {};
-  const CellRange& range = lease->second.range;
+  CellRange& range = lease->second.range;
   if (std::exchange(lease->second.arrived, true)) {
     return is_part(range, cells) ? Arrived() : Arrived{Arrival::again, range};
   }
   if (lease->second.check) return {Arrival::check, range};
-  std::vector<WorkerId> dropped =
-      is_part(range, cells) ? shorten(lease, cells) : std::vector<WorkerId>();
-  return {Arrival::first, range, std::move(dropped)};
+  if (!is_part(range, cells)) return {Arrival::first, range};
+  const std::uint64_t end = std::exchange(range.end, range.begin + cells);
+  add_pending({range.end, end});
+  return {Arrival::first, range, release_all(lease)};
 }
 
 std::vector<WorkerId> LeaseTable::finish(Epoch epoch) {
   const auto lease = leased_.find(epoch);
   if (lease == leased_.end()) return {};
   if (lease->second.check) losses_.erase(lease->second.check->by);
-  std::vector<WorkerId> others;
-  for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
-    others.push_back(holder.worker);
-    release(lease, holder.worker);
-  }
+  std::vector<WorkerId> others = release_all(lease);
   if (!others.empty()) {
     late_.emplace(epoch,
                   std::pair(lease->second.range, std::set<WorkerId>(others.begin(), others.end())));
@@ -207,16 +198,13 @@ void LeaseTable::put_back(const std::vector<CellRange>& ranges) {
 bool LeaseTable::extend(WorkerId worker, Epoch epoch, Time deadline) {
   const auto lease = leased_.find(epoch);
   if (lease == leased_.end()) return false;
-  for (const Holder& holder : lease->second.holders) {
-    if (holder.worker == worker) {
-      if (deadline > holder.deadline) {
-        release(lease, worker);
-        hold(lease, worker, deadline);
-      }
-      return true;
-    }
+  const auto holder = std::ranges::find(lease->second.holders, worker, &Holder::worker);
+  if (holder == lease->second.holders.end()) return false;
+  if (deadline > holder->deadline) {
+    release(lease, worker);
+    hold(lease, worker, deadline);
   }
-  return false;
+  return true;
 }
 
 std::vector<Lease> LeaseTable::drop_worker(WorkerId worker) {

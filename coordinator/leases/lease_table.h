@@ -167,7 +167,7 @@ class LeaseTable {
   void hold(Leases::iterator lease, WorkerId worker, Time deadline);
   bool release(Leases::iterator lease, WorkerId worker);
   void retire_if_free(Leases::iterator lease, bool lost);
-  std::vector<WorkerId> shorten(Leases::iterator lease, std::uint64_t cells);
+  std::vector<WorkerId> release_all(Leases::iterator lease);
 
   ChunkSizer sizer_;
   std::uint64_t most_cells_;

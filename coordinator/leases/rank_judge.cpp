@@ -18,12 +18,6 @@ std::vector<RankVoice> rank_voices(const std::vector<std::string>& hosts) {
 RankJudge::RankJudge(JobPicture& picture, std::vector<RankVoice> ranks, Hooks hooks)
     : picture_(picture), ranks_(std::move(ranks)), hooks_(std::move(hooks)) {}
 
-std::optional<std::uint32_t> RankJudge::rank_of(TracerKey tracer) const {
-  const auto found = std::ranges::find(ranks_, tracer, &RankVoice::tracer);
-  if (found == ranks_.end()) return {};
-  return static_cast<std::uint32_t>(found - ranks_.begin());
-}
-
 bool RankJudge::admit(std::uint32_t rank, const TracedCells& traced,
                       const std::vector<std::uint64_t>& digests) {
   if (!hooks_.trace) return true;
@@ -52,7 +46,8 @@ void RankJudge::compare_with_rank_0(std::uint32_t rank, std::uint64_t cell, std:
 
 void RankJudge::find_faulty(TracerKey tracer) {
   Verdict verdict;
-  verdict.rank = rank_of(tracer);
+  const auto found = std::ranges::find(ranks_, tracer, &RankVoice::tracer);
+  if (found != ranks_.end()) verdict.rank = static_cast<std::uint32_t>(found - ranks_.begin());
   if (verdict.rank && left_out(*verdict.rank)) return;
   if (!verdict.rank) retract(tracer, verdict);
   for (std::uint32_t rank = 0; verdict.rank && rank < ranks_.size(); ++rank) {
@@ -83,7 +78,8 @@ void RankJudge::retract(TracerKey tracer, Verdict& verdict) {
 }
 
 void RankJudge::note_checks(std::uint32_t rank, const std::vector<CellRange>& were_in) {
-  for (const CellRange& range : were_in) picture_.note_check(ranks_[rank].tracer, range);
+  for (const CellRange& range : were_in)
+    picture_.collector().note_check(ranks_[rank].tracer, range);
 }
 
 void RankJudge::recheck(std::uint64_t most_cells) {
@@ -94,7 +90,7 @@ void RankJudge::recheck(std::uint64_t most_cells) {
     if (!picture_.collector().has(cell) || picture_.collector().is_checked(cell)) continue;
     const auto wrong = picture_.collector().differing({cell, cell + 1}, {digest_by_rank_0(cell)});
     if (wrong.empty()) {
-      picture_.note_check(ranks_[0].tracer, {cell, cell + 1});
+      picture_.collector().note_check(ranks_[0].tracer, {cell, cell + 1});
     } else {
       find_faulty(wrong.front().tracer);
     }

@@ -82,7 +82,6 @@ class RankJudge {
   [[nodiscard]] std::uint64_t digest_by_rank_0(std::uint64_t cell) const;
   void find_faulty(TracerKey tracer);
   void retract(TracerKey tracer, Verdict& verdict);
-  [[nodiscard]] std::optional<std::uint32_t> rank_of(TracerKey tracer) const;
 
   JobPicture& picture_;
   const std::vector<RankVoice> ranks_;

@@ -5,10 +5,9 @@
 #include <algorithm>
 
 namespace parray::coordinator {
-namespace {
 
 /// Converts cells to ranges and joins adjacent ones.
-std::vector<CellRange> ranges_of(std::vector<std::uint64_t> cells) {
+static std::vector<CellRange> ranges_of(std::vector<std::uint64_t> cells) {
   std::ranges::sort(cells);
   std::vector<CellRange> ranges;
   for (const std::uint64_t cell : cells) {
@@ -23,8 +22,6 @@ std::vector<CellRange> ranges_of(std::vector<std::uint64_t> cells) {
   }
   return ranges;
 }
-
-}  // namespace
 
 ResultCollector::ResultCollector(std::shared_ptr<const WorkPlan> plan, Framebuffer& framebuffer)
     : plan_(std::move(plan)), framebuffer_(framebuffer), cells_(plan_->cells()) {}
@@ -157,20 +154,17 @@ std::uint64_t ResultCollector::checked_cells() const {
   return static_cast<std::uint64_t>(std::ranges::count(cells, true));
 }
 
-std::vector<bool> ResultCollector::wanted() const {
-  std::vector<bool> wanted(cells_.size());
-  for (const CellRange& range : wanted_) {
-    std::fill_n(wanted.begin() + static_cast<std::ptrdiff_t>(range.begin), range.count(), true);
-  }
-  return wanted;
-}
-
 std::vector<ResultCollector::Unchecked> ResultCollector::unchecked_cells(std::uint64_t most) const {
   return unchecked_among(std::vector<bool>(cells_.size(), true), most);
 }
 
 std::vector<ResultCollector::Unchecked> ResultCollector::wanted_cells(std::uint64_t most) const {
-  return wanted_.empty() ? std::vector<Unchecked>() : unchecked_among(wanted(), most);
+  if (wanted_.empty()) return {};
+  std::vector<bool> wanted(cells_.size());
+  for (const CellRange& range : wanted_) {
+    std::fill_n(wanted.begin() + static_cast<std::ptrdiff_t>(range.begin), range.count(), true);
+  }
+  return unchecked_among(wanted, most);
 }
 
 std::vector<ResultCollector::Unchecked> ResultCollector::unchecked_among(

@@ -99,8 +99,7 @@ class ResultCollector {
 
   /// Returns all tracers of results and checks, also of retracted ones.
   [[nodiscard]] const std::vector<TracerKey>& tracers() const { return tracers_; }
-  [[nodiscard]] const WorkPlan& plan() const { return *plan_; }
-  [[nodiscard]] const std::shared_ptr<const WorkPlan>& shared_plan() const { return plan_; }
+  [[nodiscard]] const std::shared_ptr<const WorkPlan>& plan() const { return plan_; }
   [[nodiscard]] std::uint64_t done_cells() const { return done_; }
   [[nodiscard]] bool done() const { return done_ == plan_->cells(); }
   /// Returns whether a cell is merged.
@@ -133,7 +132,6 @@ class ResultCollector {
              std::span<const std::byte> record, std::uint32_t tracer, Taken& taken);
   void exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded);
   [[nodiscard]] std::vector<bool> checked() const;
-  [[nodiscard]] std::vector<bool> wanted() const;
   [[nodiscard]] std::vector<Unchecked> unchecked_among(const std::vector<bool>& some,
                                                        std::uint64_t most) const;
   void forget_checks_of_missing();

@@ -211,7 +211,7 @@ void WindowCollector::merge(std::uint32_t rank, TracedCells traced,
     }
   }
   const TracerKey tracer = judge_.tracer(rank);
-  const ResultCollector::Taken taken = picture_.take(tracer, traced, std::move(digests), cells);
+  const ResultCollector::Taken taken = collector.take(tracer, traced, std::move(digests), cells);
   ++totals_.entries;
   totals_.duplicates += taken.duplicates;
   if (taken.fresh > 0 && hooks_.merged) hooks_.merged(tracer, std::move(traced));

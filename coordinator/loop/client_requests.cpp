@@ -1,19 +1,42 @@
+// Shows and changes jobs as clients request: one job, a series, or many at once.
 #include "coordinator/loop/client_requests.h"
 
-#include <spdlog/spdlog.h>
+#include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "coordinator/disputes/dispute_desk.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/jobs/job_list.h"
-#include "coordinator/leases/lease_desk.h"
 #include "coordinator/loop/worker_desk.h"
-#include "coordinator/loop/worker_map.h"
 
 namespace parray::coordinator {
 
 using nlohmann::json;
+
+namespace {
+
+/// A job that stays as it is, and why.
+class Refused : public InputError {
+ public:
+  Refused(msg::Refusal why, const std::string& message) : InputError(message), why_(why) {}
+  [[nodiscard]] msg::Refusal why() const { return why_; }
+
+ private:
+  msg::Refusal why_;
+};
+
+/// Returns a text that differs for different requests.
+std::string content_of(const Sender& sender, const auto& m, const std::vector<JobId>& jobs) {
+  std::string text =
+      fmt::format("{} {} {} {}", m.request, static_cast<int>(m.action), m.priority, sender.name);
+  for (const JobId job : jobs) text += " " + std::to_string(job);
+  return text;
+}
+
+}  // namespace
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   const JobList found = list_of(farm_.index, m, now);
@@ -58,56 +81,141 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ShowJob& m) {
   }
 }
 
-void ClientRequests::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
-  auto list = json::array();
-  std::uint32_t number = 0;
-  for (const auto& [id, worker] : farm_.workers) {
-    if (list.size() == m.limit) break;
-    if (number++ >= m.offset) list.push_back(worker_summary(farm_, worker, now));
+/// Finds a job, or all frames of a series. Throws Refused if there is none, or if the sender may
+/// not change it.
+std::vector<Job*> ClientRequests::find_changeable(JobId id) {
+  std::vector<Job*> jobs = job_book_.frames_of(id);
+  if (jobs.empty()) {
+    Job* job = farm_.job_of(id);
+    if (job == nullptr) throw Refused(msg::Refusal::missing, no_job_text(id));
+    jobs = {job};
   }
-  const json elsewhere = disputes_.quarantined_elsewhere();
-  number = static_cast<std::uint32_t>(farm_.workers.size());
-  for (const json& machine : elsewhere) {
-    if (list.size() < m.limit && number++ >= m.offset) list.push_back(machine);
+  const std::string& user = jobs.front()->record.user;
+  if (farm_.sender.role == Role::client && user != farm_.sender.name) {
+    throw Refused(msg::Refusal::forbidden, "job " + std::to_string(id) + " belongs to " +
+                                               (user.empty() ? "no user" : "'" + user + "'") +
+                                               ", not to '" + farm_.sender.name +
+                                               "': ask its owner or an administrator");
   }
-  const std::uint64_t total = farm_.workers.size() + elsewhere.size();
-  farm_.send(peer, msg::Workers{m.request, std::move(list), total});
+  return jobs;
 }
 
-/// Gives leases again to workers of this name or host, whatever the reason they got none.
-void ClientRequests::readmit(Time now, const msg::SteerWorkers& m) {
-  disputes_.readmit(m.name, m.host);
-  for (const auto& [peer, worker] : farm_.workers) {
-    if ((m.host ? worker.hello.host : worker.hello.name) == m.name) leases_.forgive(worker);
+/// Throws NoRoom or InputError if there is no room to queue the jobs again.
+void ClientRequests::check_room_to_requeue(const Series& named) {
+  const auto again = std::ranges::find_if(
+      named, [](const Job* job) { return job->ended() && job->record.state != JobState::done; });
+  if (again != named.end()) {
+    JobRecord record = (*again)->record;
+    record.scene_bytes = 0;  // the store's count of bytes contains its scene
+    job_book_.check_limits(record);
   }
-  leases_.hold_back(now);
-  farm_.log->info("{} readmitted {} '{}'", job_book_.asker(), m.host ? "host" : "worker", m.name);
-  farm_.announce(
-      FarmEventKind::readmitted, m.host ? "" : m.name,
-      fmt::format("{}readmitted by {}", m.host ? "host '" + m.name + "' " : "", job_book_.asker()));
 }
 
-void ClientRequests::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {
-  if (farm_.sender.role == Role::client) {
-    farm_.fail_request(peer, m.request, 2,
-                       "the key '" + farm_.sender.name +
-                           "' is a client's: only an administrator may drain and readmit workers");
-    return;
-  }
-  m.action == msg::WorkerAction::drain ? disputes_.drain(m.name, m.host, job_book_.asker())
-                                       : readmit(now, m);
-  disputes_.keep_worker_notes();
-  farm_.grants_due = true;
-  auto list = json::array();
-  for (const auto& [id, worker] : farm_.workers) {
-    if ((m.host ? worker.hello.host : worker.hello.name) == m.name) {
-      list.push_back(worker_summary(farm_, worker, now));
+/// Changes a job or a series and returns its map. Throws Refused, InputError.
+json ClientRequests::steer(Time now, const msg::SteerJob& m) {
+  const std::vector<Job*> jobs = find_changeable(m.job);
+  const Series named(jobs.begin(), jobs.end());
+  if (m.action == msg::JobAction::requeue) {
+    try {
+      check_room_to_requeue(named);
+    } catch (const InputError& error) {
+      throw Refused(msg::Refusal::no_room, error.what());
     }
   }
-  const std::uint64_t total = list.size();
-  farm_.when_kept([this, peer, answer = msg::Workers{m.request, std::move(list), total}] {
+  const bool whole_series = jobs.front()->record.id != m.job;
+  std::string misfit;
+  std::size_t misfits = 0;
+  for (Job* job : jobs) {
+    try {
+      job_book_.steer(*job, m);
+    } catch (const InputError& error) {  // this frame of a series stays as it is
+      misfit = misfit.empty() ? error.what() : misfit;
+      ++misfits;
+    }
+  }
+  const bool forget = m.action == msg::JobAction::forget;
+  if (misfits == jobs.size() || (forget && misfits > 0)) {
+    throw Refused(msg::Refusal::state, whole_series && jobs.size() > 1
+                                           ? fmt::format("series {}: {}", m.job, misfit)
+                                           : misfit);
+  }
+  for (const Job* job : named) {
+    if (job->ended()) worker_desk_.forget_scene(job->record.scene);
+  }
+  json summary =
+      whole_series ? job_book_.summary_of(now, named) : job_book_.summary_of(now, *jobs.front());
+  if (forget) {
+    const std::string why = "as " + job_book_.asker() + " requested";
+    whole_series ? job_book_.forget_all(named, why) : job_book_.forget_job(m.job, why);
+  }
+  return summary;
+}
+
+void ClientRequests::note_steered() {
+  job_book_.list_open_jobs();
+  job_book_.make_room(0);
+}
+
+/// Sends the answer again if the latest request of the peer had the same content. The answer to a
+/// change that the store cannot commit now is an error. False: the content was another one.
+bool ClientRequests::repeat_answer(const PeerId& peer, std::uint64_t request,
+                                   const std::string& content) {
+  const auto found = std::ranges::find(answers_, peer, &Answered::peer);
+  if (found == answers_.end() || found->content != content) return false;
+  if (found->answer) {
+    farm_.send(peer, *found->answer);
+  } else if (!farm_.storage.empty()) {
+    farm_.fail_request(peer, request, 1,
+                       "the change is made, but not stored yet (" + farm_.storage +
+                           "): if the coordinator ends before it has stored the change, the change "
+                           "is lost");
+  }
+  return true;
+}
+
+/// Sends the answer when the store has committed what the request changed: nothing that a client
+/// knows may be lost.
+void ClientRequests::answer_once(const PeerId& peer, const std::string& content, Message answer) {
+  constexpr std::size_t most = 32;
+  std::erase_if(answers_, [&](const Answered& earlier) { return earlier.peer == peer; });
+  if (answers_.size() == most) answers_.pop_front();
+  answers_.push_back({peer, content, {}});
+  farm_.when_kept([this, peer, content, answer = std::move(answer)] {
+    const auto found = std::ranges::find(answers_, peer, &Answered::peer);
+    if (found != answers_.end() && found->content == content) found->answer = answer;
     farm_.send(peer, answer);
   });
+}
+
+void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
+  const std::string content = content_of(farm_.sender, m, {m.job});
+  if (repeat_answer(peer, m.request, content)) return;
+  try {
+    json summary = steer(now, m);
+    answer_once(peer, content, msg::Job{m.request, std::move(summary)});
+  } catch (const InputError& error) {
+    farm_.fail_request(peer, m.request, 2, error.what());
+  }
+  note_steered();
+}
+
+void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJobs& m) {
+  const std::string content = content_of(farm_.sender, m, m.jobs);
+  if (repeat_answer(peer, m.request, content)) return;
+  json results = json::array();
+  for (const JobId id : m.jobs) {
+    try {
+      json job = short_map(steer(now, {m.request, id, m.action, m.priority}), m.jobs.size());
+      results.push_back({{"id", id}, {"job", std::move(job)}});
+    } catch (const Refused& refused) {
+      constexpr std::size_t longest = 400;
+      results.push_back({{"id", id},
+                         {"refusal", refusal_names[static_cast<std::size_t>(refused.why())]},
+                         {"message", printable(refused.what(), longest)}});
+    }
+  }
+  answer_once(peer, content, msg::Steered{m.request, std::move(results)});
+  note_steered();
 }
 
 }  // namespace parray::coordinator

@@ -138,10 +138,9 @@ Time Coordinator::tick(Time now, bool drained) {
   leases_.grant_leases(now);
   farm_.job_thread.run_finished();  // for passes that the job thread has just prepared
   if (!leases_.grant_leases(now)) return now;
-  Time next = std::min({farm_.workers.size() > 0 ? now + farm_.options.heartbeat : never,
-                        farm_.grant_again_at, log_due, disputes_.referee().next(now),
-                        leases_.next_deadline()});
-  return next;
+  return std::min({farm_.workers.size() > 0 ? now + farm_.options.heartbeat : never,
+                   farm_.grant_again_at, log_due, disputes_.referee().next(now),
+                   leases_.next_deadline()});
 }
 
 void Coordinator::leave(const std::string& reason) {
@@ -151,11 +150,11 @@ void Coordinator::leave(const std::string& reason) {
 std::future<void> Coordinator::keep_note(const std::string& name, std::string text) {
   const auto kept = std::make_shared<std::promise<void>>();
   std::future<void> result = kept->get_future();
-  farm_.for_log("storing the note " + name)
-      .give([store = farm_.store, name, text = std::move(text), kept]() -> JobThread::Completion {
-        if (store != nullptr) store->put_note(name, text);
-        return {{}, [kept] { kept->set_value(); }};
-      });
+  auto task = [store = farm_.store, name, text = std::move(text), kept]() -> JobThread::Completion {
+    if (store != nullptr) store->put_note(name, text);
+    return {{}, [kept] { kept->set_value(); }};
+  };
+  farm_.for_log("storing the note " + name, std::move(task));
   return result;
 }
 

@@ -5,16 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "common/log/logger.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/leases/lease_desk.h"
 #include "coordinator/loop/client_requests.h"
-#include "coordinator/loop/farm.h"
-#include "coordinator/loop/limits.h"
 #include "coordinator/loop/worker_desk.h"
 #include "coordinator/loop/worker_logs.h"
-#include "proto/actor.h"
 
 namespace parray::coordinator {
 

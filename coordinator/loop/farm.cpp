@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "common/base/printable.h"
@@ -33,28 +32,27 @@ void Farm::fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t
   send(peer, msg::Error{request, status, message});
 }
 
-JobThread::Guarded Farm::for_client(const PeerId& peer, std::uint64_t request,
-                                    const std::string& doing) {
-  return job_thread.guarded([this, peer, request, doing](const std::string& why) {
+void Farm::for_client(const PeerId& peer, std::uint64_t request, const std::string& doing,
+                      JobThread::Task task) {
+  job_thread.give(std::move(task), [this, peer, request, doing](const std::string& why) {
     log->error("{}: {}", doing, why);
     fail_request(peer, request, 1, doing + ": " + why);
   });
 }
 
-JobThread::Guarded Farm::for_log(const std::string& doing) {
-  return job_thread.guarded(
-      [this, doing](const std::string& why) { log->error("{}: {}", doing, why); });
+void Farm::for_log(const std::string& doing, JobThread::Task task) {
+  job_thread.give(std::move(task),
+                  [this, doing](const std::string& why) { log->error("{}: {}", doing, why); });
 }
 
-/// Does nothing for a job that is being finished: the store has its last record already.
 void Farm::keep(const Job& job) {
   if (store != nullptr && job.phase != JobPhase::finishing) {
-    const auto tasks = for_log(fmt::format("keeping the record of job {}", job.record.id));
-    tasks.give([to = store, run = job.work ? job.work->run : nullptr,
-                record = job.record]() -> JobThread::Completion {
+    auto task = [to = store, run = job.work ? job.work->run : nullptr,
+                 record = job.record]() -> JobThread::Completion {
       run ? run->put(record) : to->put_job(record);
       return {};
-    });
+    };
+    for_log(fmt::format("keeping the record of job {}", job.record.id), std::move(task));
   }
 }
 
@@ -63,7 +61,7 @@ void Farm::when_kept(std::function<void()> then) {
     then();
     return;
   }
-  for_log("answering a request").give([then = std::move(then)]() -> JobThread::Completion {
+  for_log("answering a request", [then = std::move(then)]() -> JobThread::Completion {
     return {{}, then};
   });
 }

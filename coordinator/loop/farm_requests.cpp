@@ -1,14 +1,16 @@
-// Answers requests about the farm as a whole and about one worker.
+// Answers requests about the farm as a whole and about workers.
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
+#include "coordinator/leases/lease_desk.h"
 #include "coordinator/loop/client_requests.h"
-#include "coordinator/loop/farm.h"
-#include "coordinator/loop/worker_map.h"
 
 namespace parray::coordinator {
 
@@ -156,6 +158,63 @@ json history_map(const Farm& farm) {
           {"queued", std::move(queued)}};
 }
 
+/// Returns `value`, or null if it is 0 and therefore not known.
+json known(auto value) { return value > 0 ? json(value) : json(); }
+
+json tracing_of(const WorkerRecord& worker, Time now) {
+  if (!worker.tracing || worker.held == 0) return {};
+  return {{"job", worker.tracing->first}, {"seconds", to_seconds(now - worker.tracing_since)}};
+}
+
+/// Returns the worker map of PROTOCOL.md: what clients see of one worker.
+json worker_summary(const Farm& farm, const WorkerRecord& worker, Time now) {
+  const double backoff =
+      worker.state() == "backoff" ? std::max(0.0, to_seconds(worker.held_back_until - now)) : 0.0;
+  const std::string reason =
+      backoff > 0 ? "it failed at leases that others traced: it gets no leases for a while"
+                  : worker.quarantined;
+  return {{"name", worker.hello.name},
+          {"host", worker.hello.host},
+          {"threads", worker.hello.threads},
+          {"leases", worker.held},
+          {"accepted", worker.accepted},
+          {"samples_per_second", worker.samples_per_second},
+          {"contribution", worker.samples.last_minute(now, farm.began)},
+          {"state", worker.state()},
+          {"reason", reason},
+          {"backoff_seconds", backoff},
+          {"machine", text_of(worker.machine)},
+          {"quarantine_ends", worker.quarantine_ends},
+          {"seconds_silent", to_seconds(now - worker.last_heard)},
+          {"version", worker.hello.release},
+          {"processors", known(worker.hello.processors)},
+          {"memory_bytes", known(worker.hello.memory_bytes)},
+          {"load", worker.load < 0 ? json() : json(worker.load)},
+          {"address", worker.address},
+          {"since", farm.since_1970(worker.joined)},
+          {"failures", worker.failures},
+          {"tracing", tracing_of(worker, now)}};
+}
+
+/// Returns the worker map with `history` and `recent_failures`.
+json worker_details(const Farm& farm, const WorkerRecord& worker, Time now) {
+  json map = worker_summary(farm, worker, now);
+  const std::int64_t end = RateHistory::number_of(now);
+  // The intervals that began before it joined are not part of its history.
+  const auto count = static_cast<std::size_t>(
+      std::clamp<std::int64_t>(end - RateHistory::number_of(worker.joined), 0, RateHistory::most));
+  map["history"] = {{"interval", to_seconds(RateHistory::interval)},
+                    {"end", farm.since_1970(end * RateHistory::interval)},
+                    {"samples_per_second", worker.samples.before(end, count)}};
+  json failures = json::array();
+  for (const auto& failure : worker.recent_failures) {
+    failures.push_back(
+        {{"at", farm.since_1970(failure.at)}, {"job", failure.job}, {"reason", failure.reason}});
+  }
+  map["recent_failures"] = std::move(failures);
+  return map;
+}
+
 }  // namespace
 
 /// Returns the farm map of PROTOCOL.md.
@@ -210,6 +269,58 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ShowWorker& m) {
     return;
   }
   farm_.send(peer, msg::Worker{m.request, worker_details(farm_, *worker, now)});
+}
+
+void ClientRequests::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
+  auto list = json::array();
+  std::uint32_t number = 0;
+  for (const auto& [id, worker] : farm_.workers) {
+    if (list.size() == m.limit) break;
+    if (number++ >= m.offset) list.push_back(worker_summary(farm_, worker, now));
+  }
+  const json elsewhere = disputes_.quarantined_elsewhere();
+  number = static_cast<std::uint32_t>(farm_.workers.size());
+  for (const json& machine : elsewhere) {
+    if (list.size() < m.limit && number++ >= m.offset) list.push_back(machine);
+  }
+  const std::uint64_t total = farm_.workers.size() + elsewhere.size();
+  farm_.send(peer, msg::Workers{m.request, std::move(list), total});
+}
+
+/// Gives leases again to workers of this name or host, whatever the reason they got none.
+void ClientRequests::readmit(Time now, const msg::SteerWorkers& m) {
+  disputes_.readmit(m.name, m.host);
+  for (const auto& [peer, worker] : farm_.workers) {
+    if ((m.host ? worker.hello.host : worker.hello.name) == m.name) leases_.forgive(worker);
+  }
+  leases_.hold_back(now);
+  farm_.log->info("{} readmitted {} '{}'", job_book_.asker(), m.host ? "host" : "worker", m.name);
+  farm_.announce(
+      FarmEventKind::readmitted, m.host ? "" : m.name,
+      fmt::format("{}readmitted by {}", m.host ? "host '" + m.name + "' " : "", job_book_.asker()));
+}
+
+void ClientRequests::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {
+  if (farm_.sender.role == Role::client) {
+    farm_.fail_request(peer, m.request, 2,
+                       "the key '" + farm_.sender.name +
+                           "' is a client's: only an administrator may drain and readmit workers");
+    return;
+  }
+  m.action == msg::WorkerAction::drain ? disputes_.drain(m.name, m.host, job_book_.asker())
+                                       : readmit(now, m);
+  disputes_.keep_worker_notes();
+  farm_.grants_due = true;
+  auto list = json::array();
+  for (const auto& [id, worker] : farm_.workers) {
+    if ((m.host ? worker.hello.host : worker.hello.name) == m.name) {
+      list.push_back(worker_summary(farm_, worker, now));
+    }
+  }
+  const std::uint64_t total = list.size();
+  farm_.when_kept([this, peer, answer = msg::Workers{m.request, std::move(list), total}] {
+    farm_.send(peer, answer);
+  });
 }
 
 }  // namespace parray::coordinator

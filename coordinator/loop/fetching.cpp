@@ -6,14 +6,11 @@
 #include <optional>
 #include <utility>
 
-#include "common/image/image.h"
 #include "common/image/picture_bytes.h"
 #include "common/scene/settings.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/jobs/picture_file.h"
-#include "coordinator/jobs/unfinished_pictures.h"
 #include "coordinator/loop/client_requests.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 
@@ -103,29 +100,28 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
   const auto ticket =
       admit_bulk(peer, m.request, picture_size(answer->width, answer->height, detail_of(*answer)));
   if (!ticket) return;
-  const std::string doing = fmt::format("reading the picture of job {}", m.job);
-  farm_.for_client(peer, m.request, doing)
-      .give([this, answer, ticket, peer, store = farm_.store, id = m.job,
-             report = job.record.report]() -> JobThread::Completion {
-        const auto kept = std::make_shared<PictureFile>(read_picture_file(*store, id));
-        if (kept->bytes) {
-          answer->report = json::parse(report);
-          kept->bytes->resize(std::min<std::size_t>(
-              kept->bytes->size(),
-              picture_size(answer->width, answer->height, detail_of(*answer))));
-          answer->picture =
-              PicturePayload(Bulk::of(with_ticket(std::exchange(*kept->bytes, {}), ticket)));
-        }
-        return {[this, answer, peer, kept, id] {
-          note_picture_file(id, *kept);
-          if (kept->bytes) {
-            farm_.send(peer, std::move(*answer));
-          } else {
-            farm_.fail_request(peer, answer->request, 1,
-                               kept->damage.empty() ? no_picture_left(id) : kept->damage);
-          }
-        }};
-      });
+  auto task = [this, answer, ticket, peer, store = farm_.store, id = m.job,
+               report = job.record.report]() -> JobThread::Completion {
+    const auto kept = std::make_shared<PictureFile>(read_picture_file(*store, id));
+    if (kept->bytes) {
+      answer->report = json::parse(report);
+      kept->bytes->resize(std::min<std::size_t>(
+          kept->bytes->size(), picture_size(answer->width, answer->height, detail_of(*answer))));
+      answer->picture =
+          PicturePayload(Bulk::of(with_ticket(std::exchange(*kept->bytes, {}), ticket)));
+    }
+    return {[this, answer, peer, kept, id] {
+      note_picture_file(id, *kept);
+      if (kept->bytes) {
+        farm_.send(peer, std::move(*answer));
+      } else {
+        farm_.fail_request(peer, answer->request, 1,
+                           kept->damage.empty() ? no_picture_left(id) : kept->damage);
+      }
+    }};
+  };
+  farm_.for_client(peer, m.request, fmt::format("reading the picture of job {}", m.job),
+                   std::move(task));
 }
 
 /// Notes in the job's flag and history that its picture's file is damaged, or no longer damaged.
@@ -188,12 +184,25 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
     send_from_log(peer, m, job, ticket);
     return;
   }
-  const std::string doing = fmt::format("reading the picture of job {}", m.job);
-  farm_.for_client(peer, m.request, doing)
-      .give([this, peer, ticket, m, run = job.work->run]() -> JobThread::Completion {
-        const auto answer = partial_answer(m, run->picture(), ticket);
-        return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }};
-      });
+  auto task = [this, peer, ticket, m, run = job.work->run]() -> JobThread::Completion {
+    const auto answer = partial_answer(m, run->picture(), ticket);
+    return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }};
+  };
+  farm_.for_client(peer, m.request, fmt::format("reading the picture of job {}", m.job),
+                   std::move(task));
+}
+
+/// Makes a run with the results of the job's log, up to the first damaged entry. Leaves the store
+/// unchanged. But the run would write further results to `store`, so only read the run's picture.
+/// Throws RunError if the store lacks the job's scene.
+static JobRun run_from_log(Store& store, const JobRecord& record) {
+  JobRun run(record, &store);
+  const auto scene = store.scene(record.scene);
+  if (!scene) throw RunError("the store lacks its scene");
+  run.create_picture(SceneFacts(*ScenePayload(Bulk::of(*scene)).scene()), true,
+                     [](const FramebufferView&) { return ErrorFigures{}; });
+  run.replay(JobRun::OnDamage::stop);
+  return run;
 }
 
 /// Sends the picture of a job that is not in memory, from its log. Makes one such picture at a
@@ -215,23 +224,23 @@ void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, cons
                           true});
     return;
   }
-  const std::string doing = fmt::format("reading the results of job {}", m.job);
-  farm_.for_client(peer, m.request, doing)
-      .give([this, peer, ticket, memory, m, store = farm_.store,
-             record = job.record]() -> JobThread::Completion {
-        JobRun run = run_from_log(*store, record);
-        if (!run.picture().has_begun()) {
-          throw RunError("its log has no results: " +
-                         (is_unfinished(record.state)
-                              ? std::string("try again when the job is traced again")
-                              : "parray requeue " + std::to_string(record.id) + " renders it"));
-        }
-        const auto answer = partial_answer(m, run.picture(), ticket);
-        return {[this, answer, peer] {
-          farm_.grants_due = true;  // a job may wait for the memory
-          farm_.send(peer, std::move(*answer));
-        }};
-      });
+  auto task = [this, peer, ticket, memory, m, store = farm_.store,
+               record = job.record]() -> JobThread::Completion {
+    JobRun run = run_from_log(*store, record);
+    if (!run.picture().has_begun()) {
+      throw RunError("its log has no results: " +
+                     (is_unfinished(record.state)
+                          ? std::string("try again when the job is traced again")
+                          : "parray requeue " + std::to_string(record.id) + " renders it"));
+    }
+    const auto answer = partial_answer(m, run.picture(), ticket);
+    return {[this, answer, peer] {
+      farm_.grants_due = true;  // a job may wait for the memory
+      farm_.send(peer, std::move(*answer));
+    }};
+  };
+  farm_.for_client(peer, m.request, fmt::format("reading the results of job {}", m.job),
+                   std::move(task));
 }
 
 /// Sends the journal: one line per merged lease, also of an unfinished job.
@@ -246,32 +255,32 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   const RenderSettings& s = job->record.settings;
   const auto ticket = admit_bulk(peer, m.request, picture_size(s.width, s.height, kept_detail(s)));
   if (!ticket) return;
-  const std::string doing = fmt::format("reading the journal of job {}", m.job);
-  farm_.for_client(peer, m.request, doing)
-      .give([this, answer, ticket, peer, done, store = farm_.store, id = m.job, kept = job->journal,
-             report = job->record.report, size = picture_size(s.width, s.height, kept_detail(s)),
-             run = job->work && job->work->plan ? job->work->run
-                                                : nullptr]() -> JobThread::Completion {
-        answer->report = report.empty() ? json::object() : json::parse(report);
-        std::string bytes = kept;
-        PictureFile file;
-        if (run) {
-          bytes = run->picture().journal().bytes();
-        } else if (store != nullptr && done) {
-          file = read_picture_file(*store, id);
-          bytes = file.bytes && file.bytes->size() > size ? file.bytes->substr(size) : "";
-          file.bytes = file.bytes ? std::optional(std::string()) : std::nullopt;
-        }
-        answer->journal = Bulk::of(with_ticket(std::move(bytes), ticket));
-        return {[this, answer, peer, file, id] {
-          note_picture_file(id, file);
-          if (file.damage.empty() || file.restored) {
-            farm_.send(peer, std::move(*answer));
-          } else {
-            farm_.fail_request(peer, answer->request, 1, file.damage);
-          }
-        }};
-      });
+  auto task =
+      [this, answer, ticket, peer, done, store = farm_.store, id = m.job, kept = job->journal,
+       report = job->record.report, size = picture_size(s.width, s.height, kept_detail(s)),
+       run = job->work && job->work->plan ? job->work->run : nullptr]() -> JobThread::Completion {
+    answer->report = report.empty() ? json::object() : json::parse(report);
+    std::string bytes = kept;
+    PictureFile file;
+    if (run) {
+      bytes = run->picture().journal().bytes();
+    } else if (store != nullptr && done) {
+      file = read_picture_file(*store, id);
+      bytes = file.bytes && file.bytes->size() > size ? file.bytes->substr(size) : "";
+      file.bytes = file.bytes ? std::optional(std::string()) : std::nullopt;
+    }
+    answer->journal = Bulk::of(with_ticket(std::move(bytes), ticket));
+    return {[this, answer, peer, file, id] {
+      note_picture_file(id, file);
+      if (file.damage.empty() || file.restored) {
+        farm_.send(peer, std::move(*answer));
+      } else {
+        farm_.fail_request(peer, answer->request, 1, file.damage);
+      }
+    }};
+  };
+  farm_.for_client(peer, m.request, fmt::format("reading the journal of job {}", m.job),
+                   std::move(task));
 }
 
 /// Sends the scene of a job to its owner, for denoising and labels. A worker gets scenes by
@@ -306,20 +315,21 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
   }
   const auto ticket = admit_bulk(peer, m.request, record.scene_bytes);
   if (!ticket) return;
-  farm_.for_client(peer, m.request, fmt::format("reading the scene of job {}", m.job))
-      .give([this, answer, ticket, peer, gone, store = farm_.store,
-             digest = record.scene]() -> JobThread::Completion {
-        std::optional<std::string> bytes = store->scene(digest);
-        const bool found = bytes.has_value();
-        if (found) answer->scene = ScenePayload(Bulk::of(with_ticket(*std::move(bytes), ticket)));
-        return {[this, answer, peer, gone, found] {
-          if (found) {
-            farm_.send(peer, std::move(*answer));
-          } else {
-            farm_.fail_request(peer, answer->request, 1, gone);
-          }
-        }};
-      });
+  auto task = [this, answer, ticket, peer, gone, store = farm_.store,
+               digest = record.scene]() -> JobThread::Completion {
+    std::optional<std::string> bytes = store->scene(digest);
+    const bool found = bytes.has_value();
+    if (found) answer->scene = ScenePayload(Bulk::of(with_ticket(*std::move(bytes), ticket)));
+    return {[this, answer, peer, gone, found] {
+      if (found) {
+        farm_.send(peer, std::move(*answer));
+      } else {
+        farm_.fail_request(peer, answer->request, 1, gone);
+      }
+    }};
+  };
+  farm_.for_client(peer, m.request, fmt::format("reading the scene of job {}", m.job),
+                   std::move(task));
 }
 
 }  // namespace parray::coordinator

@@ -2,22 +2,19 @@
 
 #include <omp.h>
 
+#include <algorithm>
+#include <iterator>
 #include <new>
-#include <utility>
 
 #include "common/math/float_mode.h"
 
 namespace parray::coordinator {
-namespace {
 
 using Closures = std::vector<std::function<void()>>;
 
-void append(Closures& to, Closures from) {
-  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
-}
-
 /// Runs the task. If it throws, returns `failed` as its completion.
-JobThread::Completion completion_of(const JobThread::Task& task, const JobThread::Failed& failed) {
+static JobThread::Completion completion_of(const JobThread::Task& task,
+                                           const JobThread::Failed& failed) {
   std::string why;
   try {
     return task();
@@ -28,8 +25,6 @@ JobThread::Completion completion_of(const JobThread::Task& task, const JobThread
   }
   return {[failed, why] { failed(why); }};
 }
-
-}  // namespace
 
 JobThread::JobThread(Store* store, Options options) : store_(store), options_(std::move(options)) {
   if (options_.threaded) thread_ = std::thread([this] { run(); });
@@ -44,7 +39,8 @@ JobThread::~JobThread() {
   if (thread_.joinable()) thread_.join();
 }
 
-void JobThread::give(Given given) {
+void JobThread::give(Task task, Failed failed) {
+  Given given{std::move(task), std::move(failed)};
   if (!options_.threaded) {
     run_task(std::move(given));
     return;
@@ -81,7 +77,7 @@ void JobThread::commit() {
   }
   const std::scoped_lock lock(mutex_);
   blocked_ = blocked;
-  append(blocked.empty() ? finished_ : uncommitted_, std::move(waiting));
+  std::ranges::move(waiting, std::back_inserter(blocked.empty() ? finished_ : uncommitted_));
 }
 
 void JobThread::run_finished() {

@@ -25,7 +25,7 @@ class JobThread {
     std::function<void()> done{};  ///< called as soon as possible
     std::function<void()> kept{};  ///< called when the store has committed what the task put there
   };
-  /// Runs in the background thread and must not use data of the loop. It may throw: see Guarded.
+  /// Runs in the background thread and must not use data of the loop. It may throw: see give().
   using Task = std::function<Completion()>;
   /// What the loop calls after a task that threw. `why` is one line.
   using Failed = std::function<void(const std::string& why)>;
@@ -46,22 +46,9 @@ class JobThread {
   ~JobThread();
   JobThread& operator=(JobThread&&) = delete;
 
-  /// Queues tasks. If a task throws, run_finished() calls `failed` instead of its completion. So
-  /// one request or one job fails, and all others continue.
-  class Guarded {
-   public:
-    /// Queues a task.
-    void give(Task task) const { job_thread_.give({std::move(task), failed_}); }
-
-   private:
-    friend class JobThread;
-    Guarded(JobThread& job_thread, Failed failed)
-        : job_thread_(job_thread), failed_(std::move(failed)) {}
-    JobThread& job_thread_;
-    Failed failed_;
-  };
-  /// Returns a queue for tasks that share the handler `failed`.
-  [[nodiscard]] Guarded guarded(Failed failed) { return {*this, std::move(failed)}; }
+  /// Queues a task. If it throws, run_finished() calls `failed` instead of its completion. So one
+  /// request or one job fails, and all others continue.
+  void give(Task task, Failed failed);
 
   /// Calls the completions of finished tasks in the caller's thread, the loop. Rethrows what a
   /// commit has thrown, except StorageFull: see blocked().
@@ -78,7 +65,6 @@ class JobThread {
     Task task;
     Failed failed;
   };
-  void give(Given given);
   void run_task(Given given);
   void commit();
   void run();

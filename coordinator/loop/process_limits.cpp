@@ -3,7 +3,10 @@
 #include <malloc.h>
 #include <sys/resource.h>
 
+#include <filesystem>
+#include <iterator>
 #include <string>
+#include <system_error>
 
 #include "common/base/error.h"
 
@@ -29,6 +32,35 @@ void allow_connections(std::size_t workers, std::size_t http) {
                      std::to_string(workers + http + others) +
                      ": raise ulimit -n, or lower --max-workers" +
                      (http > 0 ? " or --http-connections" : ""));
+  }
+}
+
+DescriptorUse descriptor_use() {
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  std::error_code ignored;
+  const std::filesystem::directory_iterator files("/proc/self/fd", ignored);
+  return {static_cast<std::size_t>(std::distance(begin(files), end(files))), limit.rlim_cur};
+}
+
+void DescriptorWatch::look(Time now) {
+  constexpr Time rest = seconds(5);
+  if (now >= look_at_) {
+    look_at_ = now + rest;
+    check(descriptor_use());
+  }
+}
+
+void DescriptorWatch::check(const DescriptorUse& use) {
+  if (!warned_ && use.open > use.most / 10 * 9) {
+    warned_ = true;
+    log_.warn(
+        "{} of {} open files are in use, most of them by connections: new workers and clients may "
+        "not be able to connect: find out who connects, or raise ulimit -n",
+        use.open, use.most);
+  } else if (warned_ && use.open < use.most / 10 * 8) {
+    warned_ = false;
+    log_.info("{} of {} open files are in use: new connections work again", use.open, use.most);
   }
 }
 

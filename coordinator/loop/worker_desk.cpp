@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <string>
 #include <vector>
 
 #include "common/base/divide_up.h"
@@ -19,14 +18,15 @@ static constexpr Time longest_silence = seconds(600);
 
 /// Returns why the coordinator refuses a worker. Empty: it accepts the worker.
 std::string WorkerDesk::refusal_of(const msg::Hello& hello) const {
+  const auto other_release = [](const char* what, std::uint32_t theirs, std::uint32_t ours) {
+    return fmt::format(
+        "{} version {}, but this coordinator uses {}: install the same release on both", what,
+        theirs, ours);
+  };
   if (hello.version != protocol_version) {
-    return "protocol version " + std::to_string(hello.version) + ", but this coordinator uses " +
-           std::to_string(protocol_version) + ": install the same release on both";
+    return other_release("protocol", hello.version, protocol_version);
   }
-  if (hello.trace != trace_version) {
-    return "trace version " + std::to_string(hello.trace) + ", but this coordinator uses " +
-           std::to_string(trace_version) + ": install the same release on both";
-  }
+  if (hello.trace != trace_version) return other_release("trace", hello.trace, trace_version);
   if (hello.fingerprint != farm_.options.fingerprint) {
     return "the worker's built-in test picture differs from the coordinator's: build both from the "
            "same sources, without fast-math, or test the memory of the worker's machine";
@@ -214,6 +214,54 @@ void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& wh
   }
   farm_.arrivals.info(now, fmt::format("worker {} '{}' left ({}); its {} leases are free again",
                                        worker.id, worker.hello.name, why, leases));
+}
+
+/// Finds a scene by its SHA-256 among the jobs at work. Null: no job at work has it.
+const ScenePayload* WorkerDesk::scene_at_work(const std::string& scene) const {
+  for (const JobId id : farm_.at_work) {
+    const Job& job = farm_.jobs.at(id);
+    if (job.work && job.record.scene == scene && job.work->plan) return &job.work->scene;
+  }
+  return nullptr;
+}
+
+void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedScene& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) return;
+  const ScenePayload* scene = scene_at_work(m.scene);
+  if (scene == nullptr) return;
+  const Bulk* bytes = scene->held_bytes();
+  if (bytes == nullptr) {  // the worker is in this process
+    farm_.send(peer, msg::SceneSource{m.scene, {}, "", "", scene->scene()});
+    return;
+  }
+  farm_.send(peer, farm_.scenes.source_for(*worker, m.scene, bytes->data.size(), m.failed));
+  const WorkerRecord* source = farm_.workers.by_id(farm_.scenes.source_of(worker->id, m.scene));
+  farm_.log->debug("scene {:.8} for worker {} '{}': from {}{}", m.scene, worker->id,
+                   worker->hello.name, source == nullptr ? "the coordinator" : source->hello.name,
+                   m.failed > 0 ? fmt::format(", attempt {}", m.failed + 1) : "");
+}
+
+void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
+  WorkerRecord* worker = heard_from(now, peer);
+  if (worker == nullptr) return;
+  const ScenePayload* scene = scene_at_work(m.scene);
+  const Bulk* bytes = scene == nullptr ? nullptr : scene->held_bytes();
+  auto chunk = bytes == nullptr ? std::nullopt : farm_.scenes.chunk(m.scene, bytes->data, m.chunk);
+  if (chunk) {
+    farm_.send(peer, std::move(*chunk));
+  } else {
+    farm_.send(peer, msg::NoScene{m.scene});
+  }
+}
+
+void WorkerDesk::forget_scene(const std::string& scene) {
+  if (scene_at_work(scene) != nullptr) return;
+  const SceneService::Spread spread = farm_.scenes.forget_scene(scene);
+  if (spread.workers > 0) {
+    farm_.log->debug("{1} workers requested scene {0:.8}; the coordinator sent {2} bytes", scene,
+                     spread.workers, spread.bytes);
+  }
 }
 
 }  // namespace parray::coordinator

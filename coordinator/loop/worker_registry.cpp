@@ -69,12 +69,6 @@ std::vector<TracerKey> WorkerRegistry::usable_machines(const std::set<TracerKey>
   return machines;
 }
 
-std::set<TracerKey> WorkerRegistry::usable_machines() const {
-  std::set<TracerKey> machines;
-  for (const auto& [machine, workers] : usable_) machines.insert(machine);
-  return machines;
-}
-
 WorkerRecord& WorkerRegistry::add(Time now, const PeerId& peer, const msg::Hello& hello,
                                   const Sender& sender) {
   WorkerRecord record;

@@ -103,8 +103,7 @@ class WorkerRegistry {
   [[nodiscard]] std::size_t usable() const { return speed_.workers; }
   [[nodiscard]] bool all_drained() const;  ///< also true without workers
   /// Returns the machines of the workers that may trace, without those in `but`.
-  [[nodiscard]] std::vector<TracerKey> usable_machines(const std::set<TracerKey>& but) const;
-  [[nodiscard]] std::set<TracerKey> usable_machines() const;
+  [[nodiscard]] std::vector<TracerKey> usable_machines(const std::set<TracerKey>& but = {}) const;
   /// Returns the connected workers of one machine.
   std::vector<WorkerRecord*> of_machine(TracerKey machine);
 

@@ -8,7 +8,6 @@
 
 #include "coordinator/store/rebuild.h"
 #include "coordinator/store/row_log.h"
-#include "coordinator/store/store.h"
 
 namespace parray::store {
 namespace {
@@ -23,9 +22,14 @@ class Copier {
 
   std::vector<std::string> run() {
     for (const JobId id : from_.jobs_with_directory()) copy_job(id);
-    copy_notes();
+    if (const auto notes = committed_notes(from_)) {
+      onto_.write(onto_.notes_json(), notes_file_to_text(*notes));
+    }
     onto_.sync();
-    sync_all();
+    const OpenPath directory(onto_.directory(), O_RDONLY | O_DIRECTORY);
+    if (directory.get() < 0 || syncfs(directory.get()) != 0) {  // all that fs::copy_file() wrote
+      throw RunError(onto_.directory().string() + ": the copy cannot be written to the disk");
+    }
     return std::move(lines_);
   }
 
@@ -114,20 +118,6 @@ class Copier {
     std::error_code unknown;
     const std::uintmax_t room = fs::space(directory, unknown).available;
     return !unknown && room < fs::file_size(file, unknown) && !unknown;
-  }
-
-  void copy_notes() {
-    if (const auto notes = committed_notes(from_)) {
-      onto_.write(onto_.notes_json(), notes_file_to_text(*notes));
-    }
-  }
-
-  /// Returns when all copied data is on the disk.
-  void sync_all() const {
-    const OpenPath directory(onto_.directory(), O_RDONLY | O_DIRECTORY);
-    if (directory.get() < 0 || syncfs(directory.get()) != 0) {
-      throw RunError(onto_.directory().string() + ": the copy cannot be written to the disk");
-    }
   }
 
   const StateFiles& from_;

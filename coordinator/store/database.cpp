@@ -5,10 +5,9 @@
 #include "coordinator/store/store.h"
 
 namespace parray::store {
-namespace {
 
 /// Returns whether an extended result code means that the disk did not accept a write.
-bool is_full(int code) {
+static bool is_full(int code) {
   switch (code) {
     case SQLITE_IOERR_WRITE:
     case SQLITE_IOERR_FSYNC:
@@ -19,14 +18,12 @@ bool is_full(int code) {
   }
 }
 
-}  // namespace
-
 Database::Database(const std::filesystem::path& file) : directory_(file.parent_path()) {
   if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) {
     const int error = sqlite3_system_errno(db_);
     const std::string why =
         error != 0 ? std::generic_category().message(error) : sqlite3_errmsg(db_);
-    close();
+    sqlite3_close(db_);
     throw InputError(directory_.string() + ": " + file.filename().string() + " cannot be opened (" +
                      why +
                      "): start the program as the owner of the directory, or use another one");
@@ -34,9 +31,7 @@ Database::Database(const std::filesystem::path& file) : directory_(file.parent_p
   sqlite3_extended_result_codes(db_, 1);
 }
 
-Database::~Database() { close(); }
-
-void Database::close() { sqlite3_close(db_); }
+Database::~Database() { sqlite3_close(db_); }
 
 void Database::run(const std::string& sql) {
   if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();

@@ -42,7 +42,6 @@ class Database {
   friend class Statement;
   friend class Transaction;
   [[noreturn]] void fail() const;
-  void close();
 
   std::filesystem::path directory_;
   sqlite3* db_ = nullptr;

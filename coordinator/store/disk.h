@@ -3,6 +3,10 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
 #include <string_view>
 
 #include "common/rooms.h"
@@ -27,5 +31,39 @@ class Disk {
 
 /// Returns the Disk that makes the real system calls.
 Disk& system_disk();
+
+/// An open file or directory. The destructor closes it. Never blocks: a pipe or device in the place
+/// of a file is an error (EINVAL).
+class OpenPath {
+ public:
+  /// `flags` as for open(2).
+  OpenPath(const std::filesystem::path& path, int flags);
+  ~OpenPath();
+  OpenPath& operator=(OpenPath&&) = delete;
+  /// Returns the descriptor. -1: opening failed, and errno gives the reason.
+  [[nodiscard]] int get() const { return fd_; }
+  /// Fills `bytes` with the file's bytes from `offset` on. Returns how many there were, fewer only
+  /// at the end of the file. -1: reading failed, and errno gives the reason.
+  [[nodiscard]] ssize_t read(std::span<char> bytes, std::uint64_t offset) const;
+
+ private:
+  int fd_;
+};
+
+/// Returns the content of a small file; nothing: it cannot be read.
+std::optional<std::string> text_of_file(const std::filesystem::path& file);
+
+/// Size and XXH3-64 of a file that is written once and never changed.
+struct WholeFile {
+  std::uint64_t bytes = 0;
+  std::uint64_t checksum = 0;
+  friend bool operator==(const WholeFile&, const WholeFile&) = default;
+};
+
+/// Returns size and checksum of a file that consists of these pieces in order.
+WholeFile whole_file_of(std::span<const std::string_view> pieces);
+
+/// Reads a file and returns its size and checksum; nothing: it cannot be read.
+std::optional<WholeFile> measure(const std::filesystem::path& file);
 
 }  // namespace parray::store

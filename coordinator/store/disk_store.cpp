@@ -7,19 +7,16 @@
 #include "coordinator/store/records.h"
 
 namespace parray::store {
-namespace {
 
 namespace fs = std::filesystem;
 
 /// Returns the lowest number whose file, path_of(number), does not exist.
-std::uint64_t free_number(const auto& path_of) {
+static std::uint64_t free_number(const auto& path_of) {
   std::uint64_t number = 0;
   std::error_code ignored;
   while (fs::exists(path_of(number), ignored)) ++number;
   return number;
 }
-
-}  // namespace
 
 const DiskStore::JobEntry* DiskStore::find(JobId job) const {
   const auto found = jobs_.find(job);

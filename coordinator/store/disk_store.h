@@ -10,13 +10,19 @@
 #include <vector>
 
 #include "coordinator/store/database.h"
-#include "coordinator/store/disk.h"
 #include "coordinator/store/inspection.h"
 #include "coordinator/store/row_log.h"
-#include "coordinator/store/state_files.h"
-#include "coordinator/store/store.h"
 
 namespace parray::store {
+
+/// Error: the state's database is damaged. parray-coordinator --check lists the damage, --repair
+/// repairs it.
+class StateDamaged : public RunError {
+ public:
+  /// `damage`: at least one line, one for each damage. The message has the first line and the
+  /// number of further lines.
+  StateDamaged(const std::filesystem::path& directory, const std::vector<std::string>& damage);
+};
 
 /// A job's log of results.
 struct RowLog {
@@ -27,7 +33,7 @@ struct RowLog {
 
 /// A store in one directory. Records are in DIR/parray.sqlite (SQLite, write-ahead log, synced at
 /// every commit). Bulk data is in the plain files of state_files.h, each byte written once. A copy
-/// of each record is a file, too (job_file.h), from which --repair rebuilds a lost database.
+/// of each record is a file, too (records.h), from which --repair rebuilds a lost database.
 ///
 /// Once commit() has returned, its changes survive a crash of the process or machine at any moment.
 /// A commit makes the bulk data durable first and then names it in the database. It removes files
@@ -46,11 +52,10 @@ class DiskStore final : public Store {
   /// this object.
   ///
   /// Throws StateInUse if another coordinator uses the directory; InputError if the directory
-  /// cannot be used, has another version or no room for opening; StateDamaged (schema.h) if the
+  /// cannot be used, has another version or no room for opening; StateDamaged if the
   /// database is damaged or has lost commits; RunError if a misplaced path cannot be moved to
   /// lost/.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
-  ~DiskStore() override;
   DiskStore& operator=(DiskStore&&) = delete;
 
   void put_job(const JobRecord& job) override;
@@ -111,13 +116,11 @@ class DiskStore final : public Store {
 
   void drop_log(JobId job, JobEntry& entry);
   void drop_picture(JobId job, JobEntry& entry);
-  void check_database_is_in_place() const;
   std::set<JobId> write_logs(std::exception_ptr& failure);
   [[nodiscard]] std::vector<std::string> unused_scenes(const std::set<JobId>& held_back) const;
   [[nodiscard]] bool frees_room(const std::vector<std::string>& unused) const;
   void write(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
   void write_copies(const std::set<JobId>& held_back);
-  void rewrite_scenes();
   void write_copy(JobId job, const Change& change);
   std::string record_of(JobId job, const Change& change);
   void write_records(const std::set<JobId>& held_back, const std::vector<std::string>& unused);

@@ -13,7 +13,11 @@ void DiskStore::commit() {
       !new_mark_) {
     return;
   }
-  check_database_is_in_place();
+  if (database_->moved()) {  // SQLite reports no error then
+    throw StorageFull(files_.directory().string() +
+                      ": the file parray.sqlite was moved or removed: put it back, or stop this "
+                      "coordinator and use --repair");
+  }
   std::exception_ptr failure;
   const std::set<JobId> held_back = write_logs(failure);
   const std::vector<std::string> unused = unused_scenes(held_back);
@@ -29,19 +33,12 @@ void DiskStore::commit() {
   if (failure) std::rethrow_exception(failure);
 }
 
-/// Throws StorageFull if the database was moved, because SQLite reports no error then.
-void DiskStore::check_database_is_in_place() const {
-  if (database_->moved()) {
-    throw StorageFull(files_.directory().string() +
-                      ": the file parray.sqlite was moved or removed: put it back, or stop this "
-                      "coordinator and use --repair");
-  }
-}
-
 void DiskStore::write(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   if (!counts_commits_) files_.overwrite(files_.commits(), commit_count_to_text(batch_));
   write_copies(held_back);
-  if (sync_failed_) rewrite_scenes();
+  for (const auto& [digest, bytes] : new_scenes_) {  // a failed sync may have lost small scenes
+    if (sync_failed_ && !bytes.empty()) files_.overwrite(files_.scene(digest), bytes);
+  }
   sync_failed_ = true;
   files_.sync();
   sync_failed_ = false;
@@ -50,13 +47,6 @@ void DiskStore::write(const std::set<JobId>& held_back, const std::vector<std::s
     write_records(held_back, unused);
   } catch (const InputError& error) {  // the database is no longer writable
     throw StorageFull(error.what());
-  }
-}
-
-/// Writes small scenes again, because a failed sync may have lost them.
-void DiskStore::rewrite_scenes() {
-  for (const auto& [digest, bytes] : new_scenes_) {
-    if (!bytes.empty()) files_.overwrite(files_.scene(digest), bytes);
   }
 }
 

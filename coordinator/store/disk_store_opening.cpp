@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "coordinator/store/disk_store.h"
-#include "coordinator/store/misplaced.h"
-#include "coordinator/store/schema.h"
+#include "coordinator/store/records.h"
 
 namespace parray::store {
 namespace {
@@ -48,7 +47,49 @@ void check_place_of_database(const StateFiles& files, const std::vector<Misplace
   }
 }
 
+/// Locks the database for this process until `database` is destroyed, and creates the tables of a
+/// new state. Throws InputError for a state of another version. States of earlier versions do not
+/// have the file `commits`.
+void ready_database(Database& database, const StateFiles& files, const FoundFiles& found) {
+  database.run("PRAGMA locking_mode = EXCLUSIVE");  // only one coordinator per state
+  const std::uint64_t version = database.number("PRAGMA user_version");
+  if (version == 0 && !found.empty()) {
+    throw StateDamaged(files.directory(), {"the database has lost its content"});
+  }
+  if (version != 0 && version < present_version && found.has_commits) {
+    throw StateDamaged(files.directory(), {older_database});
+  }
+  if (version != 0 && version != present_version) {
+    throw InputError(other_version_text(files.directory(), version));
+  }
+  if (database.number("PRAGMA auto_vacuum") == 0) {  // a full disk refuses the write
+    database.run("PRAGMA auto_vacuum = FULL");
+  }
+  database.run("PRAGMA journal_mode = WAL");
+  database.run("PRAGMA synchronous = FULL");            // commits survive a power failure
+  database.run("PRAGMA journal_size_limit = 4194304");  // bytes of an empty log file
+  if (version == 0) {
+    Transaction transaction(database);
+    make_tables(database);
+    transaction.commit();
+  }
+}
+
+std::string damage_text(const std::filesystem::path& directory,
+                        const std::vector<std::string>& damage) {
+  const std::string place = directory.string();
+  const std::string more =
+      damage.size() > 1 ? " (and " + std::to_string(damage.size() - 1) + " more)" : "";
+  return place + ": the state is damaged: " + damage.front() + more +
+         ": parray-coordinator --check " + place + " lists the damage, --repair " + place +
+         " repairs it";
+}
+
 }  // namespace
+
+StateDamaged::StateDamaged(const std::filesystem::path& directory,
+                           const std::vector<std::string>& damage)
+    : RunError(damage_text(directory, damage)) {}
 
 DiskStore::DiskStore(const fs::path& directory, Disk& disk) : files_(directory, disk) {
   try {
@@ -59,8 +100,6 @@ DiskStore::DiskStore(const fs::path& directory, Disk& disk) : files_(directory, 
     throw StateDamaged(files_.directory(), {error.what()});
   }
 }
-
-DiskStore::~DiskStore() = default;
 
 void DiskStore::open() {
   const std::vector<Misplaced> misplaced = find_misplaced(files_);

@@ -1,6 +1,6 @@
 #include "coordinator/store/inspection.h"
 
-#include <filesystem>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
@@ -51,7 +51,9 @@ class JobComparison {
     check_next();
     check_dropped();
     if (row_ != nullptr && row_->record) {
-      check_row();
+      if (row_->batch > batch_ || !row_matches_record(*row_)) {
+        severe("the database's row of job " + std::to_string(id_) + " contradicts itself");
+      }
       check_json();
     } else if (json_) {
       severe("the database has no job " + std::to_string(id_) + ", but " + file() + " exists");
@@ -89,12 +91,6 @@ class JobComparison {
     } else if (!json_) {
       json_ = found_.dropped;
       result_.upkeep.restore.push_back(id_);
-    }
-  }
-
-  void check_row() {
-    if (row_->batch > batch_ || !row_matches_record(*row_)) {
-      severe("the database's row of job " + std::to_string(id_) + " contradicts itself");
     }
   }
 
@@ -152,6 +148,18 @@ void compare_commits(const Records& records, const FoundFiles& found, Comparison
     result.severe.push_back("the file 'commits' is " +
                             std::string(found.has_commits ? "damaged" : "missing") +
                             ": the database may lack commits");
+  }
+}
+
+std::string_view kind_of(fs::file_type type) {
+  switch (type) {
+    case fs::file_type::regular: return "a file";
+    case fs::file_type::directory: return "a directory";
+    case fs::file_type::fifo: return "a pipe";
+    case fs::file_type::socket: return "a socket";
+    case fs::file_type::block:
+    case fs::file_type::character: return "a device";
+    default: return "no file";
   }
 }
 
@@ -227,6 +235,62 @@ bool row_matches_record(const JobRow& row) {
   return record.is_object() && record.value("scene", json()) == row.scene &&
          record.value("state", json()).is_number_unsigned() &&
          needs_scene(static_cast<JobState>(record.value("state", 0)), keeps) == row.unfinished;
+}
+
+std::vector<Misplaced> find_misplaced(const StateFiles& files) {
+  std::vector<Misplaced> found;
+  const auto expect = [&](const fs::path& path, fs::file_type type) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (!fs::exists(status) || status.type() == type) return;
+    found.push_back({path, path.lexically_relative(files.directory()).string() + " is " +
+                               std::string(kind_of(status.type())) + ", not " +
+                               std::string(kind_of(type))});
+  };
+  const auto expect_file = [&](const fs::path& path) { expect(path, fs::file_type::regular); };
+  const auto expect_files_in = [&](const fs::path& directory) {
+    std::error_code error;
+    std::vector<fs::path> paths;
+    for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
+         entry.increment(error)) {
+      if (StateFiles::is_file_name(entry->path().filename().string())) {
+        paths.push_back(entry->path());
+      }
+    }
+    std::ranges::sort(paths);
+    std::ranges::for_each(paths, expect_file);
+  };
+  for (const fs::path& file : {files.database(), files.notes_json(), files.notes_next(),
+                               files.commits(), files.incomplete(), files.reserve()}) {
+    expect_file(file);
+    expect_file(StateFiles::temporary(file));
+  }
+  for (const char* suffix : {"-wal", "-shm", "-journal", ".new", ".new-journal"}) {
+    expect_file(files.database().string() + suffix);
+  }
+  for (const fs::path& directory : {files.lost(), files.scenes(), files.jobs()}) {
+    expect(directory, fs::file_type::directory);
+  }
+  expect_files_in(files.scenes());
+  for (const JobId id : files.jobs_with_directory()) {
+    expect(files.job(id), fs::file_type::directory);
+    expect_files_in(files.job(id));
+  }
+  return found;
+}
+
+std::vector<std::string> move_misplaced_to_lost(StateFiles& files,
+                                                const std::vector<Misplaced>& misplaced,
+                                                std::uint64_t uptime) {
+  std::vector<std::string> lines;
+  for (const auto& [path, line] : misplaced) {
+    if (!files.move_to_lost(path, uptime)) {
+      throw RunError(line + ", and it cannot be moved to " + files.lost().string() +
+                     ": move it away yourself");
+    }
+    lines.push_back(line + ": moved to lost/" + std::to_string(uptime));
+  }
+  return lines;
 }
 
 }  // namespace parray::store

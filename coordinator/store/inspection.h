@@ -1,18 +1,17 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "coordinator/store/job_file.h"
 #include "coordinator/store/records.h"
-#include "coordinator/store/state_files.h"
 
 /// Compares the database of a state with the small files beside it, which are copies of its content
-/// (job_file.h).
+/// (records.h).
 ///
 /// A commit writes `job.next`, then commits the database, and only then renames `job.next` to
 /// `job.json`. So after a crash `job.next` may be newer than the database, but `job.json` never is:
@@ -82,5 +81,22 @@ Comparison compare(const Records& records, const FoundFiles& found);
 bool row_matches_record(const JobRow& row);
 /// Sets `scene` and `unfinished` of the row from its record. Throws RunError for a damaged record.
 void complete_row(JobId id, JobRow& row);
+
+/// A path of the state that holds the wrong kind of thing: a directory, a pipe, a socket or a
+/// device in the place of a file, or a file in the place of a directory.
+struct Misplaced {
+  std::filesystem::path path{};  ///< absolute
+  std::string line{};  ///< "jobs/3/rows is a directory, not a file", relative to the state
+};
+
+/// Finds misplaced paths among the names that the state uses, directories before their content. A
+/// symbolic link counts as its target. Opens and changes no file.
+std::vector<Misplaced> find_misplaced(const StateFiles& files);
+
+/// Moves each path to lost/`uptime`. Returns one line for each. Throws RunError if it cannot move
+/// one.
+std::vector<std::string> move_misplaced_to_lost(StateFiles& files,
+                                                const std::vector<Misplaced>& misplaced,
+                                                std::uint64_t uptime);
 
 }  // namespace parray::store

@@ -1,6 +1,8 @@
 #include "coordinator/store/job_record.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -33,14 +35,126 @@ void JobRecord::note(double at, std::string what) {
   events.push_back({at, std::move(what)});
 }
 
+void JobCourse::add(const ErrorPoint& point) {
+  while (!curve.empty() && curve.back().samples >= point.samples) curve.pop_back();
+  if (curve.size() >= most_points) {
+    std::size_t kept = 0;
+    for (std::size_t i = 1; i < curve.size(); i += 2) curve[kept++] = curve[i];
+    curve.resize(kept);
+  }
+  curve.push_back(point);
+}
+
+json curve_to_json(const std::vector<ErrorPoint>& curve) {
+  json list = json::array();
+  for (const ErrorPoint& point : curve) {
+    list.push_back({{"seconds", point.seconds},
+                    {"samples", point.samples},
+                    {"rmse", point.rmse < 0 ? json() : json(point.rmse)}});
+  }
+  return list;
+}
+
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobEvent, at, what)
 
 json events_to_json(const std::vector<JobEvent>& events) { return events; }
 
 namespace {
 
-/// Visits all fields of a record except its id. `f` is a RecordWriter or a RecordReader.
-void fields(auto& f, JobRecord& job) {
+double read_positive(const json& map, const char* key) {
+  const double value = map.value(key, 0.0);
+  if (!(value >= 0 && std::isfinite(value))) {
+    throw RunError(std::string("course: ") + key + " is out of range");
+  }
+  return value;
+}
+
+json to_json(const Boxed<RenderSettings>& value) { return settings_to_json(value); }
+json to_json(JobState value) { return static_cast<int>(value); }
+json to_json(const JobCourse& course) {
+  return {{"submitted", course.submitted},       {"started", course.started},
+          {"finished", course.finished},         {"taken", course.taken},
+          {"progress", course.progress},         {"samples", course.samples},
+          {"curve", curve_to_json(course.curve)}};
+}
+json to_json(const auto& value) { return value; }
+
+void read(const json& from, Boxed<RenderSettings>& value) { value = settings_from_json(from); }
+void read(const json& from, JobState& value) {
+  if (!from.is_number_unsigned() || from.get<std::size_t>() >= state_names.size()) {
+    throw RunError("the state " + from.dump() + " does not exist");
+  }
+  value = static_cast<JobState>(from.get<std::size_t>());
+}
+/// Reads the output of to_json(). Missing members are unknown.
+void read(const json& map, JobCourse& course) {
+  course.submitted = read_positive(map, "submitted");
+  course.started = read_positive(map, "started");
+  course.finished = read_positive(map, "finished");
+  course.taken = read_positive(map, "taken");
+  course.progress = std::min(read_positive(map, "progress"), 1.0);
+  course.samples = map.value("samples", std::uint64_t{0});
+  for (const json& point : map.value("curve", json::array())) {
+    const json rmse = point.value("rmse", json());
+    course.add({read_positive(point, "seconds"), read_positive(point, "samples"),
+                rmse.is_null() ? -1 : read_positive(point, "rmse")});
+  }
+}
+void read(const json& from, auto& value) { from.get_to(value); }
+
+/// Writes the members of a record, or reads them. Reading throws if a value is missing, has the
+/// wrong type or is out of range.
+struct RecordFields {
+  json map;
+  bool reads = false;
+
+  void value(const char* key, auto& value) {
+    if (reads) {
+      read(map.at(key), value);
+    } else {
+      map[key] = to_json(value);
+    }
+  }
+  void value(const char* key, std::vector<std::uint64_t>& value) {
+    if (reads) {
+      value = naturals_in(map, key);
+    } else {
+      map[key] = value;
+    }
+  }
+  template <typename T>
+  void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
+    if (!reads) {
+      map[key] = value;
+      return;
+    }
+    value = static_cast<T>(natural_in(map, key, highest));
+    if (value < lowest) throw RunError(std::string(key) + " is out of range");
+  }
+  /// Leaves out a value that is still the default.
+  template <typename T>
+  void optional(const char* key, T& value) {
+    if (reads ? map.contains(key) : value != T{}) this->value(key, value);
+  }
+
+  // The other functions that head_fields() calls.
+  void text(const char* key, std::string& value, std::size_t /*longest*/,
+            std::size_t /*shortest*/ = 0) {
+    this->value(key, value);
+  }
+  void duration(const char* key, double& value) { this->value(key, value); }
+  void settings(const char* key, Boxed<RenderSettings>& value) { this->value(key, value); }
+  void number_if_there(const char* key, std::uint64_t& value) {
+    if (reads ? map.contains(key) : value != 0) number(key, value);
+  }
+  void flag_if_there(const char* key, bool& value) { optional(key, value); }
+  void text_if_there(const char* key, std::string& value, std::size_t /*longest*/) {
+    optional(key, value);
+  }
+};
+
+/// Visits all fields of a record except its id.
+void fields(RecordFields& f, JobRecord& job) {
   head_fields(f, job);
   f.value("token", job.token);
   f.value("scene", job.scene);
@@ -60,80 +174,6 @@ void fields(auto& f, JobRecord& job) {
   f.optional("warning", job.warning);
   f.optional("course", job.course);
 }
-
-/// The members that head_fields() calls. `Record` must have value(key, value) and
-/// number(key, value, lowest, highest).
-template <typename Record>
-struct HeadFields {
-  void text(const char* key, std::string& value, std::size_t /*longest*/,
-            std::size_t /*shortest*/ = 0) {
-    self().value(key, value);
-  }
-  void duration(const char* key, double& value) { self().value(key, value); }
-  void number_if_there(const char* key, std::uint64_t& value) { self().optional(key, value); }
-  void flag_if_there(const char* key, bool& value) { self().optional(key, value); }
-  void text_if_there(const char* key, std::string& value, std::size_t /*longest*/) {
-    self().optional(key, value);
-  }
-  void settings(const char* key, Boxed<RenderSettings>& value) { self().value(key, value); }
-
- private:
-  Record& self() { return static_cast<Record&>(*this); }
-};
-
-json to_json(const Boxed<RenderSettings>& value) { return settings_to_json(value); }
-json to_json(JobState value) { return static_cast<int>(value); }
-json to_json(const JobCourse& value) { return course_to_json(value); }
-json to_json(const auto& value) { return value; }
-
-struct RecordWriter : HeadFields<RecordWriter> {
-  json map;
-
-  void value(const char* key, const auto& value) { map[key] = to_json(value); }
-  /// Leaves out a value that is still the default.
-  template <typename T>
-  void optional(const char* key, const T& value) {
-    if (value != T{}) map[key] = to_json(value);
-  }
-  template <typename T>
-  void number(const char* key, T value, T /*lowest*/ = 0, T /*highest*/ = 0) {
-    map[key] = value;
-  }
-};
-
-void read(const json& from, Boxed<RenderSettings>& value) { value = settings_from_json(from); }
-void read(const json& from, JobState& value) {
-  if (!from.is_number_unsigned() || from.get<std::size_t>() >= state_names.size()) {
-    throw RunError("the state " + from.dump() + " does not exist");
-  }
-  value = static_cast<JobState>(from.get<std::size_t>());
-}
-void read(const json& from, JobCourse& value) { value = course_from_json(from); }
-void read(const json& from, auto& value) { from.get_to(value); }
-
-/// Reads a record. Throws if a value is missing, has the wrong type or is out of range.
-struct RecordReader : HeadFields<RecordReader> {
-  json map;
-
-  explicit RecordReader(json record) : map(std::move(record)) {}
-  void value(const char* key, auto& value) const { read(map.at(key), value); }
-  void optional(const char* key, std::uint64_t& value) const {
-    if (map.contains(key)) value = natural_in(map, key, std::numeric_limits<std::uint64_t>::max());
-  }
-  /// Reads a value that a record may lack.
-  void optional(const char* key, auto& value) const {
-    if (map.contains(key)) read(map.at(key), value);
-  }
-  void value(const char* key, std::vector<std::uint64_t>& value) const {
-    value = naturals_in(map, key);
-  }
-  template <typename T>
-  void number(const char* key, T& value, T lowest = 0,
-              T highest = std::numeric_limits<T>::max()) const {
-    value = static_cast<T>(natural_in(map, key, highest));
-    if (value < lowest) throw RunError(std::string(key) + " is out of range");
-  }
-};
 
 /// Checks values that depend on each other. A pass without samples would never complete a picture.
 void check(const JobRecord& job) {
@@ -155,14 +195,14 @@ void check(const JobRecord& job) {
 
 std::string record_to_json(const JobRecord& job) {
   JobRecord copy = job;  // fields() takes a mutable record
-  RecordWriter writer;
+  RecordFields writer;
   fields(writer, copy);
   return json_text(writer.map);
 }
 
 JobRecord record_from_json(JobId id, std::string_view text) {
   try {
-    RecordReader reader(json::parse(text));
+    RecordFields reader{json::parse(text), true};
     JobRecord job;
     job.id = id;
     fields(reader, job);

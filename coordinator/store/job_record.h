@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "coordinator/store/job_course.h"
 #include "proto/job_head.h"
 
 namespace parray::store {
@@ -31,10 +30,40 @@ struct JobEvent {
   std::string what;
 };
 
+/// A point of the curve of a job's error.
+struct ErrorPoint {
+  double seconds = 0;  ///< time that the job had taken
+  double samples = 0;  ///< mean per pixel
+  double rmse = -1;    ///< negative: unknown
+
+  friend bool operator==(const ErrorPoint&, const ErrorPoint&) = default;
+};
+
+/// The times of a job, and what it has of its picture. Lists of jobs show them, so they must not
+/// depend on its log or its picture.
+struct JobCourse {
+  double submitted = 0;  ///< seconds since 1970; 0: unknown, as in the next two
+  double started = 0;    ///< first lease
+  double finished = 0;   ///< latest end, also of a job that was queued again
+  /// Seconds from the first lease to the end, without pauses. While the job is traced, this does
+  /// not include the time since the first lease or the latest resume: see Job::traced_since.
+  double taken = 0;
+  double progress = 0;            ///< 0 to 1, at the end of the job or of the latest coordinator
+  std::uint64_t samples = 0;      ///< merged samples at that time
+  std::vector<ErrorPoint> curve;  ///< at most most_points, with rising samples
+
+  static constexpr std::size_t most_points = 200;
+  /// Adds a point. Removes points with as many samples or more, because their picture was changed.
+  /// If there are too many points, removes every second one.
+  void add(const ErrorPoint& point);
+
+  friend bool operator==(const JobCourse&, const JobCourse&) = default;
+};
+
 /// Everything that the state stores about a job except scene, results and picture.
 struct JobRecord : JobHead {
   JobId id = 0;
-  std::string token;              ///< of its submit, see submit_token.h
+  std::string token;              ///< of its submit, see name_in_token()
   std::string user;               ///< name of the submitting key; without keys, as the client says
   std::uint32_t tile = 0;         ///< see WorkPlan; more than 1 only in jobs of parray-mpi
   std::string scene;              ///< digest
@@ -60,12 +89,12 @@ struct JobRecord : JobHead {
   void note(double at, std::string what);
 };
 
-/// Returns the list `events` of a job map.
+/// Return the lists `events` and `passes` of a job map.
 nlohmann::json events_to_json(const std::vector<JobEvent>& events);
+nlohmann::json curve_to_json(const std::vector<ErrorPoint>& curve);
 
 /// Returns the record as JSON text, without its id. Replaces bytes that are not valid UTF-8.
 std::string record_to_json(const JobRecord& job);
-
 /// Reads the record of the job `id`. Throws RunError that names the job if `text` is no record.
 JobRecord record_from_json(JobId id, std::string_view text);
 

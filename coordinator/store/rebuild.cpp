@@ -6,8 +6,6 @@
 #include <system_error>
 
 #include "coordinator/store/row_log.h"
-#include "coordinator/store/schema.h"
-#include "coordinator/store/store.h"
 
 namespace parray::store {
 namespace {
@@ -89,18 +87,19 @@ class Rebuilder {
     } else if (copy != nullptr && is_record(id, copy->record)) {
       take_copy(id, row, *copy);
     } else if (row != nullptr && row->record) {
-      report("lost: " + job_name(id) +
-             ": its record is damaged, and there is no undamaged copy: submit it again");
-      files_.move_to_lost(files_.job(id), uptime_);
+      lose(id, "its record is damaged, and there is no undamaged copy");
     } else if (!job.problem.empty()) {
-      report("lost: " + job_name(id) + ": jobs/" + std::to_string(id) + "/job.json is damaged (" +
-             job.problem + "), and the database does not have the job: submit it again");
-      files_.move_to_lost(files_.job(id), uptime_);
+      lose(id, "jobs/" + std::to_string(id) + "/job.json is damaged (" + job.problem +
+                   "), and the database does not have the job");
     } else if (!trusts_database_ && !job.next) {
-      report("lost: " + job_name(id) + ": jobs/" + std::to_string(id) +
-             " has no job.json, and the database does not have the job: submit it again");
-      files_.move_to_lost(files_.job(id), uptime_);
+      lose(id, "jobs/" + std::to_string(id) +
+                   " has no job.json, and the database does not have the job");
     }
+  }
+
+  void lose(JobId id, const std::string& why) {
+    report("lost: " + job_name(id) + ": " + why + ": submit it again");
+    files_.move_to_lost(files_.job(id), uptime_);
   }
 
   /// Returns the newest valid copy; null: none, or the job was dropped. A damaged database cannot

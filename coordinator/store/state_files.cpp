@@ -1,14 +1,12 @@
 #include "coordinator/store/state_files.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <memory>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -92,8 +90,6 @@ fs::path StateFiles::scene(const std::string& digest) const {
   return scenes() / digest;
 }
 
-fs::path StateFiles::job(JobId job) const { return jobs() / std::to_string(job); }
-
 fs::path StateFiles::rows(JobId job, std::uint64_t number) const {
   return numbered(this->job(job) / "rows", number);
 }
@@ -109,10 +105,6 @@ fs::path StateFiles::temporary(const fs::path& file) {
 bool StateFiles::is_file_name(std::string_view name) {
   return is_kept_name(name) || is_temporary(name);
 }
-
-fs::path StateFiles::job_json(JobId job) const { return this->job(job) / "job.json"; }
-fs::path StateFiles::job_next(JobId job) const { return this->job(job) / "job.next"; }
-fs::path StateFiles::job_dropped(JobId job) const { return this->job(job) / "job.dropped"; }
 
 std::vector<JobId> StateFiles::jobs_with_directory() const {
   std::vector<JobId> jobs;
@@ -241,7 +233,10 @@ void StateFiles::sync() {
     return;
   }
   while (!written_.empty()) {
-    sync_written(*written_.begin());
+    const fs::path& file = *written_.begin();
+    const OpenPath written(file, O_RDONLY);
+    const bool removed = written.get() < 0 && errno == ENOENT;  // after a failed commit
+    if (!removed && (written.get() < 0 || disk_.sync(written.get()) != 0)) fail(file, errno);
     written_.erase(written_.begin());
   }
   while (!unsynced_.empty()) {
@@ -254,13 +249,6 @@ void StateFiles::sync() {
     }
     unsynced_.erase(unsynced_.begin());
   }
-}
-
-/// Syncs one file. Ignores a file that was removed after a failed commit.
-void StateFiles::sync_written(const fs::path& file) {
-  const OpenPath written(file, O_RDONLY);
-  const bool removed = written.get() < 0 && errno == ENOENT;
-  if (!removed && (written.get() < 0 || disk_.sync(written.get()) != 0)) fail(file, errno);
 }
 
 void StateFiles::keep_reserve() {
@@ -293,14 +281,10 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
     throw damaged("it does not have its committed size");
   }
   std::string bytes(expected.bytes, '\0');
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t got = ::read(in.get(), bytes.data() + at, bytes.size() - at);
-    if (got <= 0) throw damaged(got < 0 ? std::generic_category().message(errno) : "it ends early");
-    at += static_cast<std::size_t>(got);
-  }
-  if (checksum_of(bytes) != expected.checksum) {
-    throw damaged("it fails its checksum");
-  }
+  const ssize_t got = in.read(bytes, 0);
+  if (got < 0) throw damaged(std::generic_category().message(errno));
+  if (got < std::ssize(bytes)) throw damaged("it ends early");
+  if (checksum_of(bytes) != expected.checksum) throw damaged("it fails its checksum");
   return bytes;
 }
 
@@ -372,20 +356,6 @@ void StateFiles::remove_lost(double uptime) const {
       fs::remove_all(entry.path(), ignored);
     }
   }
-}
-
-std::optional<std::string> text_of_file(const fs::path& file) {
-  const OpenPath in(file, O_RDONLY);
-  std::error_code error;
-  const std::uint64_t size = fs::file_size(file, error);
-  if (in.get() < 0 || error) return std::nullopt;
-  std::string bytes(size, '\0');
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t got = ::read(in.get(), bytes.data() + at, bytes.size() - at);
-    if (got <= 0) return std::nullopt;
-    at += static_cast<std::size_t>(got);
-  }
-  return bytes;
 }
 
 }  // namespace parray::store

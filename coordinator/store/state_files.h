@@ -12,7 +12,6 @@
 
 #include "coordinator/store/disk.h"
 #include "coordinator/store/job_record.h"
-#include "coordinator/store/whole_file.h"
 
 namespace parray::store {
 
@@ -21,7 +20,7 @@ namespace parray::store {
 ///     scenes/DIGEST
 ///     jobs/ID/rows      jobs/ID/rows.1 ...      log of results
 ///     jobs/ID/picture   jobs/ID/picture.1 ...   finished picture
-///     jobs/ID/job.json   notes.json             copies of the database's content, see job_file.h
+///     jobs/ID/job.json   notes.json             copies of the database's content, see records.h
 ///     jobs/ID/job.next   notes.next             copies written by an unfinished commit
 ///     jobs/ID/job.dropped                       job.json of a job that is being dropped
 ///     commits                                   number of completed commits
@@ -44,12 +43,16 @@ class StateFiles {
 
   /// Throws std::logic_error unless `digest` is 64 lower-case hexadecimal digits.
   [[nodiscard]] std::filesystem::path scene(const std::string& digest) const;
-  [[nodiscard]] std::filesystem::path job(JobId job) const;  ///< the directory
+  [[nodiscard]] std::filesystem::path job(JobId id) const {  ///< the directory
+    return jobs() / std::to_string(id);
+  }
   [[nodiscard]] std::filesystem::path rows(JobId job, std::uint64_t number) const;
   [[nodiscard]] std::filesystem::path picture(JobId job, std::uint64_t number) const;
-  [[nodiscard]] std::filesystem::path job_json(JobId job) const;
-  [[nodiscard]] std::filesystem::path job_next(JobId job) const;
-  [[nodiscard]] std::filesystem::path job_dropped(JobId job) const;
+  [[nodiscard]] std::filesystem::path job_json(JobId id) const { return job(id) / "job.json"; }
+  [[nodiscard]] std::filesystem::path job_next(JobId id) const { return job(id) / "job.next"; }
+  [[nodiscard]] std::filesystem::path job_dropped(JobId id) const {
+    return job(id) / "job.dropped";
+  }
   [[nodiscard]] std::filesystem::path notes_json() const { return directory_ / "notes.json"; }
   [[nodiscard]] std::filesystem::path notes_next() const { return directory_ / "notes.next"; }
   [[nodiscard]] std::filesystem::path commits() const { return directory_ / "commits"; }
@@ -129,7 +132,6 @@ class StateFiles {
                       const std::filesystem::path& path);
   void write_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
                  const std::filesystem::path& path);
-  void sync_written(const std::filesystem::path& file);
   [[noreturn]] void fail(const std::filesystem::path& file, int error) const;
   void move_unnamed_in_to_lost(const std::filesystem::path& directory,
                                const std::set<std::filesystem::path>& named, std::uint64_t uptime,
@@ -144,9 +146,6 @@ class StateFiles {
   std::set<std::filesystem::path> written_;   ///< files of overwrite() that were not synced
   std::set<std::filesystem::path> unsynced_;  ///< directories with new names
 };
-
-/// Returns the content of a small file; nothing: it cannot be read.
-std::optional<std::string> text_of_file(const std::filesystem::path& file);
 
 /// Returns the absolute path without a slash at its end, so that paths below it compare equal.
 std::filesystem::path normal_directory(const std::filesystem::path& directory);

@@ -2,46 +2,40 @@
 
 #include <fcntl.h>
 
+#include <iostream>
+#include <memory>
 #include <system_error>
 
 #include "coordinator/store/rebuild.h"
 #include "coordinator/store/replication_state.h"
 #include "coordinator/store/row_log.h"
-#include "coordinator/store/store.h"
-#include "coordinator/store/survey.h"
 
 namespace parray::store {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Locks the database of a state against coordinators until this object is destroyed.
-class StateLock {
- public:
-  /// `exclusive`: takes the lock; otherwise only checks that no coordinator has it. Throws
-  /// StateInUse if one has.
-  StateLock(const fs::path& database, bool exclusive)
-      : file_(database, exclusive ? O_RDWR : O_RDONLY) {
-    std::error_code error;
-    if (file_.get() < 0 || !fs::is_regular_file(database, error)) {
-      return;  // a coordinator would have a database
-    }
-    flock lock{};
-    lock.l_type = F_WRLCK;
-    lock.l_whence = SEEK_SET;
-    lock.l_start = 0x40000000;  // the bytes that SQLite locks
-    lock.l_len = 512;
-    const int failed = fcntl(file_.get(), exclusive ? F_OFD_SETLK : F_OFD_GETLK, &lock);
-    if (failed != 0 || (!exclusive && lock.l_type != F_UNLCK)) {
-      throw StateInUse(database.parent_path().string() +
-                       ": another process uses this state (a coordinator, parray-mpi or --repair): "
-                       "stop it first");
-    }
+/// Locks the database of a state against coordinators until the result is destroyed. `exclusive`:
+/// takes the lock; otherwise only checks that no coordinator has it. Throws StateInUse if one has.
+std::unique_ptr<OpenPath> lock_state(const fs::path& database, bool exclusive) {
+  auto file = std::make_unique<OpenPath>(database, exclusive ? O_RDWR : O_RDONLY);
+  std::error_code error;
+  if (file->get() < 0 || !fs::is_regular_file(database, error)) {
+    return file;  // a coordinator would have a database
   }
-
- private:
-  OpenPath file_;
-};
+  flock lock{};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  lock.l_start = 0x40000000;  // the bytes that SQLite locks
+  lock.l_len = 512;
+  const int failed = fcntl(file->get(), exclusive ? F_OFD_SETLK : F_OFD_GETLK, &lock);
+  if (failed != 0 || (!exclusive && lock.l_type != F_UNLCK)) {
+    throw StateInUse(database.parent_path().string() +
+                     ": another process uses this state (a coordinator, parray-mpi or --repair): "
+                     "stop it first");
+  }
+  return file;
+}
 
 StateFiles existing_state(const fs::path& directory) {
   std::error_code ignored;
@@ -142,13 +136,13 @@ std::vector<std::string> write_copy(const StateFiles& from, const fs::path& targ
 
 std::vector<std::string> find_damage(const fs::path& directory) {
   const StateFiles files = existing_state(directory);
-  const StateLock lock(files.database(), false);
+  const auto lock = lock_state(files.database(), false);
   return damage_lines(files, survey_state(files));
 }
 
 std::vector<std::string> repair_state(const fs::path& directory, double now) {
   StateFiles files = existing_state(directory);
-  const StateLock lock(files.database(), true);
+  const auto lock = lock_state(files.database(), true);
   const Survey survey = survey_state(files);
   std::vector<std::string> lines = damage_lines(files, survey);
   if (!lines.empty()) {
@@ -178,6 +172,30 @@ std::vector<std::string> back_up_state(const fs::path& directory, const fs::path
     throw InputError(target.string() + ": the copy was not finished (" + failure.what() +
                      "): if the target is the cause, " + remove_copy(target, existed));
   }
+}
+
+static int print_damage(const std::vector<std::string>& lines, const std::string& if_none) {
+  for (const std::string& line : lines) std::cout << line << '\n';
+  if (lines.empty()) std::cout << if_none << '\n';
+  return lines.empty() ? 0 : 1;
+}
+
+int check_command(const std::string& directory) {
+  return print_damage(find_damage(directory), directory + ": no damage");
+}
+
+int repair_command(const std::string& directory, double now) {
+  print_damage(repair_state(directory, now), directory + ": there was no damage");
+  return 0;
+}
+
+int backup_command(const std::vector<std::string>& places, double now) {
+  if (places.size() != 2) {
+    throw InputError(
+        "--backup needs two directories: write --backup DIR TARGET. DIR has the state, and TARGET "
+        "is new or empty");
+  }
+  return print_damage(back_up_state(places[0], places[1], now), places[1] + ": a complete copy");
 }
 
 }  // namespace parray::store

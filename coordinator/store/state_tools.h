@@ -39,4 +39,12 @@ std::vector<std::string> repair_state(const std::filesystem::path& directory, do
 std::vector<std::string> back_up_state(const std::filesystem::path& directory,
                                        const std::filesystem::path& target, double now);
 
+/// The options --check, --repair and --backup of parray-coordinator. Each prints the lines of one
+/// of the functions above to standard output, returns the exit status, and throws what that
+/// function throws.
+int check_command(const std::string& directory);  ///< returns 1 if the state is damaged
+int repair_command(const std::string& directory, double now);  ///< returns 0
+/// Returns 1 if the copy lacks damaged files. `places`: the state's directory and the target.
+int backup_command(const std::vector<std::string>& places, double now);
+
 }  // namespace parray::store

@@ -1,14 +1,12 @@
-#include "coordinator/store/survey.h"
-
+// Examines a state for damage.
 #include <optional>
 #include <system_error>
 
 #include "common/base/bytes.h"
 #include "common/base/files.h"
 #include "common/base/sha256.h"
+#include "coordinator/store/rebuild.h"
 #include "coordinator/store/row_log.h"
-#include "coordinator/store/schema.h"
-#include "coordinator/store/store.h"
 
 namespace parray::store {
 namespace {
@@ -54,6 +52,24 @@ void read_into(DatabaseContent& content, const fs::path& file) {
   }
 }
 
+/// Reads a temporary copy of the database. Throws RunError if there is no room for the copy.
+DatabaseContent read_database_copy(const StateFiles& files) {
+  DatabaseContent content;
+  std::error_code ignored;
+  content.present = fs::exists(files.database(), ignored);
+  if (!content.present) return content;
+  if (!fs::is_regular_file(files.database(), ignored)) {
+    content.damage = "parray.sqlite is not a file";
+    return content;
+  }
+  const OwnedPath scratch = temporary_directory();
+  const fs::path copy = scratch.path() / files.database().filename();
+  copy_if_file(files.database(), copy);
+  copy_if_file(files.database().string() + "-wal", copy.string() + "-wal");
+  read_into(content, copy);
+  return content;
+}
+
 std::string relative(const StateFiles& files, const fs::path& file) {
   return file.lexically_relative(files.directory()).string();
 }
@@ -78,23 +94,6 @@ std::optional<JobState> state_of(const JobRow& row, JobId id) {
 }
 
 }  // namespace
-
-DatabaseContent read_database_copy(const StateFiles& files) {
-  DatabaseContent content;
-  std::error_code ignored;
-  content.present = fs::exists(files.database(), ignored);
-  if (!content.present) return content;
-  if (!fs::is_regular_file(files.database(), ignored)) {
-    content.damage = "parray.sqlite is not a file";
-    return content;
-  }
-  const OwnedPath scratch = temporary_directory();
-  const fs::path copy = scratch.path() / files.database().filename();
-  copy_if_file(files.database(), copy);
-  copy_if_file(files.database().string() + "-wal", copy.string() + "-wal");
-  read_into(content, copy);
-  return content;
-}
 
 bool is_scene(const fs::path& file, const std::string& digest, const WholeFile* expected) {
   if (expected != nullptr) return measure(file) == *expected;

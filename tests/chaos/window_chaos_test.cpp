@@ -58,7 +58,7 @@ class Job {
     JobPicture next(storm_.settings, rig_.picture.scene(), {}, storm_.tile);
     next.begin_pass();
     for (const CellRange& range : storm_.done) {
-      next.take(earlier_tracer(), made_cells(rig_.plan().batch(range)));
+      next.collector().take(earlier_tracer(), made_cells(rig_.plan().batch(range)));
     }
     for (const TracedCells& cells : rig_.merged) {
       next.replay(

@@ -124,7 +124,7 @@ std::string whole_log(char kind) {
   std::string log;
   const auto take = [&](TracerKey tracer, const CellRange& range) {
     const TracedCells cells = test::made_cells(picture.plan()->batch(range));
-    picture.take(tracer, cells);
+    picture.collector().take(tracer, cells);
     append(log, picture.cells_entry(tracer, range, pack_cells(cells, *picture.plan()->grid())));
   };
   for (int pass = 0; pass < 2 && picture.begin_pass(); ++pass) {

@@ -240,7 +240,7 @@ struct WindowRig {
   RankPass begin(const std::vector<CellRange>& done) {
     picture.begin_pass();
     for (const CellRange& range : done) {
-      picture.take(earlier_tracer(), made_cells(picture.plan()->batch(range)));
+      picture.collector().take(earlier_tracer(), made_cells(picture.plan()->batch(range)));
     }
     return {picture.plan(), CellList(picture.collector().missing())};
   }

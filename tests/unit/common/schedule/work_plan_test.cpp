@@ -268,7 +268,7 @@ TEST_CASE("a plan keeps its cells' numbers whatever is done of it") {
     for (std::uint64_t cell = 0; cell < first.plan()->cells(); ++cell) {
       if (dice.one_in(3)) {
         const TracedCells cells = test::made_cells(first.plan()->batch({cell, cell + 1}));
-        first.take(1, cells);
+        first.collector().take(1, cells);
         second.replay(first.cells_entry(1, cells.range, pack_cells(cells, *first.plan()->grid())));
       }
     }

@@ -77,7 +77,7 @@ JobPicture traced_picture(RowOrder order, bool progressive, int threads) {
   while (picture.begin_pass()) {
     const auto plan = picture.plan();
     for (std::uint64_t cell = plan->cells(); cell-- > 0;) {
-      picture.take(1, traced(plan->batch({cell, cell + 1}), threads));
+      picture.collector().take(1, traced(plan->batch({cell, cell + 1}), threads));
     }
   }
   return picture;

@@ -14,7 +14,7 @@
 #include "coordinator/http/places.h"
 #include "coordinator/http/seats.h"
 #include "coordinator/http/turns.h"
-#include "coordinator/loop/submit_token.h"
+#include "coordinator/jobs/job_index.h"
 #include "tests/support/rooms.h"
 
 namespace parray::http {

@@ -48,7 +48,7 @@ struct Life {
     if (tracer == faulty) {
       test::falsify(cells, record_bytes(picture.plan()->grid()->shape().cell_pixels));
     }
-    picture.take(tracer, cells);
+    picture.collector().take(tracer, cells);
     log.push_back(JobPicture::cells_entry(picture.passes().pass(), tracer, range,
                                           pack_cells(cells, *picture.plan()->grid())));
   }

@@ -92,7 +92,7 @@ struct Deferred {
   }
   void trace(const CellRange& range) {
     TracedCells cells = made_cells(run.picture().plan()->batch(range));
-    run.picture().take(honest, cells);
+    run.picture().collector().take(honest, cells);
     run.keep(honest, std::move(cells));
   }
   int opened = 0;

@@ -223,7 +223,7 @@ TEST_CASE("wrong bits of an earlier mpirun are retracted, and no present rank is
   TracedCells wrong = made_cells(rig.plan().batch({0, 5}));
   test::falsify(wrong, rig.layout.record_bytes());
   rig.keep(test::earlier_tracer(), wrong);
-  rig.picture.take(test::earlier_tracer(), wrong);
+  rig.picture.collector().take(test::earlier_tracer(), wrong);
   rig.put(1, {0, 2});
   REQUIRE(rig.judge.verdicts().size() == 1);
   CHECK_FALSE(rig.judge.verdicts()[0].rank);

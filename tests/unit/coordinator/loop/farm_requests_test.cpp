@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "coordinator/loop/worker_map.h"
 #include "tests/support/farm_rig.h"
 #include "tests/support/rooms.h"
 

@@ -60,7 +60,7 @@ class Room {
 
   /// Queues a task that does not throw.
   void give(JobThread::Task task) {
-    room.guarded([](const std::string& why) { FAIL(why); }).give(std::move(task));
+    room.give(std::move(task), [](const std::string& why) { FAIL(why); });
   }
 };
 
@@ -171,10 +171,11 @@ TEST_CASE("if a task throws, its handler gets the error, and the other tasks run
     Room loop(nullptr, threaded);
     std::vector<std::string> whys;
     bool done = false;
-    const auto guarded = loop.room.guarded([&](const std::string& why) { whys.push_back(why); });
-    guarded.give([]() -> JobThread::Completion { throw RunError("the file is damaged"); });
-    guarded.give([]() -> JobThread::Completion { throw std::bad_alloc(); });
-    guarded.give([&]() -> JobThread::Completion { return {[&] { done = true; }, {}}; });
+    const auto failed = [&](const std::string& why) { whys.push_back(why); };
+    loop.room.give([]() -> JobThread::Completion { throw RunError("the file is damaged"); },
+                   failed);
+    loop.room.give([]() -> JobThread::Completion { throw std::bad_alloc(); }, failed);
+    loop.room.give([&]() -> JobThread::Completion { return {[&] { done = true; }, {}}; }, failed);
     loop.run_until([&] { return done; });
     CHECK(whys == std::vector<std::string>{"the file is damaged", "not enough memory"});
   }
@@ -204,19 +205,19 @@ TEST_CASE("the destructor waits for the running task and drops the others") {
   std::atomic<int> done = 0;
   {
     JobThread room(nullptr, {true, {}, milliseconds(1)});
-    const auto guarded = room.guarded([](const std::string& why) { FAIL(why); });
-    guarded.give([&]() -> JobThread::Completion {
+    const auto failed = [](const std::string& why) { FAIL(why); };
+    const auto first = [&]() -> JobThread::Completion {
       begun.set_value();
       go_on.get_future().wait();
       ++done;
       return {};
-    });
-    for (int i = 0; i < 100; ++i) {
-      guarded.give([&]() -> JobThread::Completion {
-        ++done;
-        return {};
-      });
-    }
+    };
+    const auto other = [&]() -> JobThread::Completion {
+      ++done;
+      return {};
+    };
+    room.give(first, failed);
+    for (int i = 0; i < 100; ++i) room.give(other, failed);
     begun.get_future().wait();
     CHECK(room.backlog() == 101);
     go_on.set_value();

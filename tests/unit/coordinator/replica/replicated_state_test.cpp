@@ -7,7 +7,6 @@
 #include "common/base/sha256.h"
 #include "coordinator/store/disk_store.h"
 #include "coordinator/store/replication_state.h"
-#include "coordinator/store/schema.h"
 #include "coordinator/store/state_tools.h"
 #include "tests/support/rooms.h"
 #include "tests/support/standby_line.h"

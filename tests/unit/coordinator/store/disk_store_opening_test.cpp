@@ -6,7 +6,6 @@
 
 #include "common/base/error.h"
 #include "coordinator/store/disk_store.h"
-#include "coordinator/store/schema.h"
 #include "coordinator/store/state_tools.h"
 #include "tests/support/rooms.h"
 #include "tests/support/stored_state.h"

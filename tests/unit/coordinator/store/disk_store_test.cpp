@@ -6,7 +6,6 @@
 #include <random>
 
 #include "common/base/error.h"
-#include "coordinator/store/schema.h"
 #include "coordinator/store/state_tools.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"

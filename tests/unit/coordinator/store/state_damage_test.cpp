@@ -11,7 +11,6 @@
 #include "common/base/sha256.h"
 #include "coordinator/store/database.h"
 #include "coordinator/store/row_log.h"
-#include "coordinator/store/schema.h"
 #include "coordinator/store/state_tools.h"
 #include "tests/support/acknowledged.h"
 #include "tests/support/damage.h"

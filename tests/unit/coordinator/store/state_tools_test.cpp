@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "coordinator/store/database.h"
-#include "coordinator/store/schema.h"
 #include "tests/support/acknowledged.h"
 #include "tests/support/rooms.h"
 #include "tests/support/stored_state.h"

@@ -1,5 +1,3 @@
-#include "coordinator/loop/descriptors.h"
-
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -10,6 +8,7 @@
 #include <sstream>
 #include <string>
 
+#include "coordinator/loop/process_limits.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
