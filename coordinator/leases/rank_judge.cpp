@@ -78,8 +78,9 @@ void RankJudge::retract(TracerKey tracer, Verdict& verdict) {
 }
 
 void RankJudge::note_checks(std::uint32_t rank, const std::vector<CellRange>& were_in) {
-  for (const CellRange& range : were_in)
+  for (const CellRange& range : were_in) {
     picture_.collector().note_check(ranks_[rank].tracer, range);
+  }
 }
 
 void RankJudge::recheck(std::uint64_t most_cells) {

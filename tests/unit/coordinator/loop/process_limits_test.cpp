@@ -1,3 +1,5 @@
+#include "coordinator/loop/process_limits.h"
+
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -8,7 +10,6 @@
 #include <sstream>
 #include <string>
 
-#include "coordinator/loop/process_limits.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
