@@ -23,7 +23,7 @@ CellRange first_run(const std::vector<std::uint64_t>& cells, std::uint64_t most)
   return run;
 }
 
-std::string gibibytes(std::uint64_t bytes) {
+std::string memory_text(std::uint64_t bytes) {
   return fmt::format("{:.3f} GiB", static_cast<double>(bytes) * 0x1p-30);
 }
 
@@ -162,8 +162,8 @@ void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
   }
   if (entry->content.memory > memory_left) {
     fail(now, entry,
-         "the scene needs about " + gibibytes(entry->content.memory) +
-             " of memory, and the coordinator's --memory leaves " + gibibytes(memory_left) +
+         "the scene needs about " + memory_text(entry->content.memory) +
+             " of memory, and the coordinator's --memory leaves " + memory_text(memory_left) +
              ": raise --memory");
     return;
   }

@@ -23,7 +23,7 @@ std::string megabytes(std::uint64_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
 }
 
-std::string rounded_gibibytes(std::uint64_t bytes) {
+std::string disk_text(std::uint64_t bytes) {
   return fmt::format("{:.1f} GiB", static_cast<double>(bytes) * 0x1p-30);
 }
 
@@ -278,13 +278,13 @@ void JobBook::check_limits(const JobRecord& record) const {
     throw NoRoom(
         fmt::format("with this job {} {} on this coordinator's disk, more than {}: remove jobs "
                     "with parray forget, or raise --max-user-disk",
-                    whose, rounded_gibibytes(disk), rounded_gibibytes(limits.user_disk)));
+                    whose, disk_text(disk), disk_text(limits.user_disk)));
   }
   if (usage_.total + record.scene_bytes > limits.disk) {
     throw NoRoom(fmt::format(
         "with this job all jobs have {} on this coordinator's disk, more than {}: remove "
         "jobs with parray forget, or raise --max-disk",
-        rounded_gibibytes(usage_.total + record.scene_bytes), rounded_gibibytes(limits.disk)));
+        disk_text(usage_.total + record.scene_bytes), disk_text(limits.disk)));
   }
 }
 
