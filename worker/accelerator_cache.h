@@ -4,7 +4,7 @@
 #include <mutex>
 #include <string>
 
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/tracer.h"
 
 namespace parray::worker {
@@ -17,26 +17,12 @@ class AcceleratorCache {
 
   /// Returns the accelerator of the scene with scene_identity() `scene_id` and these settings.
   /// Returns null if the last accelerator was another one, or there is none.
-  [[nodiscard]] Pointer find(const std::string& scene_id, const RenderSettings& settings) const {
-    const std::scoped_lock lock(mutex_);
-    return last_ && scene_id_ == scene_id && serves(*last_, settings) ? last_ : nullptr;
-  }
+  [[nodiscard]] Pointer find(const std::string& scene_id, const RenderSettings& settings) const;
 
   /// Drops the last accelerator and then builds a new one with `threads` threads, because two may
   /// not fit into memory. So the caller must not hold an accelerator either.
   Pointer build(const std::string& scene_id, const Scene& scene, const RenderSettings& settings,
-                int threads) {
-    {
-      const std::scoped_lock lock(mutex_);
-      last_.reset();
-    }
-    Pointer built =
-        make_accelerator(scene, settings.precision, settings.accelerator, settings.isa, threads);
-    const std::scoped_lock lock(mutex_);
-    scene_id_ = scene_id;
-    last_ = built;
-    return built;
-  }
+                int threads);
 
  private:
   mutable std::mutex mutex_;  // guards the members below; no build holds it

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cli/input/formats/unsupported_formats.h"
-#include "cli/input/scene_file/scene_fields.h"
+#include "cli/input/scene_file/scene_file.h"
 #include "common/base/ascii.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"

@@ -14,11 +14,6 @@
 /// of its option if it has one. They work like the descriptions of settings (settings_fields.h).
 namespace parray::input {
 
-/// The keys at the top level of a scene file.
-inline constexpr std::array<std::string_view, 12> scene_keys{
-    "version",   "camera",    "image",   "render",   "style",     "sky",
-    "finishing", "materials", "spheres", "capsules", "particles", "labels"};
-
 // Rules.
 struct Flag {};                          ///< a boolean; its option takes no value
 struct Vec3Range : NumberRange {};       ///< three numbers

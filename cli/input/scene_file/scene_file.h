@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/input/color/legend.h"
@@ -21,6 +23,11 @@
 namespace parray::input {
 
 class PackedFile;
+
+/// The keys at the top level of a scene file.
+inline constexpr std::array<std::string_view, 12> scene_keys{
+    "version",   "camera",    "image",   "render",   "style",     "sky",
+    "finishing", "materials", "spheres", "capsules", "particles", "labels"};
 
 /// The values on which the colours and sizes of a part of a file's particles (those of one
 /// representation) depend, taken from all particles of the part. In a film, fixed_looks.h makes
