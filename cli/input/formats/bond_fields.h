@@ -16,8 +16,8 @@ namespace parray::input {
 StatedBond bond_field(std::string_view one, std::string_view other, std::uint64_t atoms,
                       const FilePlace& place);
 
-/// Returns the note that `count` (> 0) bonds were left out, because each needs two different atoms
-/// that the file has exactly once.
+/// Returns the note that `count` bonds were left out, because each needs two different atoms that
+/// the file has exactly once.
 ParticleNote unknown_bonds_note(std::uint64_t count);
 
 /// The numbers that a file gives to its atoms. Takes little memory if most atoms have the number
@@ -27,7 +27,6 @@ class AtomNumbers {
   /// Adds the number of the next atom; nothing: it has none. Atoms have the indices 0, 1, 2 ... in
   /// the order of these calls. add() may be called again after find().
   void add(std::optional<std::int64_t> number);
-  void clear() { *this = {}; }
   /// Returns the index of the atom with this number. Returns nothing if no atom has it, or several
   /// have it.
   [[nodiscard]] std::optional<std::uint32_t> find(std::int64_t number);
