@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "cli/input/color/number_bounds.h"
+#include "cli/input/color/text_range.h"
 #include "cli/output/picture/color_map.h"
 
 namespace parray::input {

@@ -251,8 +251,9 @@ class SaxHandler {
       const bool is_object =
           value.kind == JsonKind::object;  // the end of an object is the last byte read so far
       sink_.on_child({parent.key, parent.key_line, std::move(value)});
-      if (is_object && delivery_ == JsonDelivery::by_item)
+      if (is_object && delivery_ == JsonDelivery::by_item) {
         parent.count += sink_.take_items(source_);
+      }
       values_ = 0;
     } else if (parent.value.kind == JsonKind::array) {
       if (parent.value.items.empty()) parent.value.items.reserve(3);  // most are vectors

@@ -75,7 +75,7 @@ bool is_seed_sphere(const JsonValue& value) {
   return std::ranges::find(value.members, "sphere", &JsonMember::key) != value.members.end();
 }
 
-/// Reads a sphere of the seed format. Ranges and errors are those of scene_sections.h.
+/// Reads a sphere of the seed format. Ranges and errors are those of version 1.
 SeedSphere read_seed_sphere(const JsonValue& value, const JsonPlace& place) {
   const JsonFields outer(value, place, {"sphere"});
   const JsonPlace inner = place.at("sphere");

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "cli/input/color/number_bounds.h"
+#include "cli/input/color/text_range.h"
 #include "cli/input/particles/particle_summary.h"
 #include "cli/input/particles/residues.h"
 #include "cli/input/select/neighbour_grid.h"

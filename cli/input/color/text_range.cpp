@@ -1,4 +1,4 @@
-#include "cli/input/color/number_bounds.h"
+#include "cli/input/color/text_range.h"
 
 #include "common/base/printable.h"
 #include "common/base/text.h"
