@@ -11,10 +11,10 @@ namespace parray::commands {
 /// The coordinator that a client command talks to.
 struct FarmOptions {
   /// Declares --coordinator and --keys. `needed`: the option that must be given with any of them;
-  /// null: none.
+  /// null: none. Ends the section of `command`: see Command::section().
   void add_to(Command& command, const Option* needed = nullptr);
 
-  /// One or more addresses, separated by commas.
+  /// One or more addresses, "tcp://HOST:PORT", separated by commas.
   std::string address = "tcp://127.0.0.1:7400";
   std::string keys;  ///< key file, or directory with an administrator's key; empty: no key
 };

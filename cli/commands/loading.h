@@ -59,7 +59,8 @@ void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories*
 
 /// Returns whether the file is one of particles whose format has several frames.
 bool may_hold_frames(const std::filesystem::path& path);
-/// Reads a scene file without its particles, and without any options.
+/// Reads a scene file without its particles, and without any options. Throws InputError, also if
+/// the scene names a file that `named` does not allow.
 SceneFile read_scene(PackedFile& file, NamedFiles named);
 
 /// Loads a file that is already open.

@@ -45,7 +45,8 @@ std::vector<std::string> view_words();
 class AutoSceneOptions {
  public:
   /// Declares all options except --background. The object must not move while the command line is
-  /// parsed. --style also sets the style of `particles`.
+  /// parsed. --style also sets the style of `particles`. Ends the section of `command`: see
+  /// Command::section().
   void add_to(Command& command, ParticleOptions& particles);
   /// Declares --background, for commands that make pictures.
   void add_background_to(Command& command);

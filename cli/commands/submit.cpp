@@ -31,7 +31,7 @@ struct SubmitCommand {
   FarmOptions farm;
   std::string name;  ///< empty: that of the scene's file
   std::uint32_t priority = 50;
-  std::uint32_t max_failures = 0;
+  std::uint32_t max_failures = 0;  ///< 0: as the coordinator's --max-failures
   bool wait = false;
   ProgressOptions following;
   std::optional<FrameRange> frames;

@@ -8,7 +8,8 @@
 #include "cli/check/doctor/check.h"
 #include "common/base/files.h"
 
-/// Checks processor, floating-point mode, memory, disks and linked libraries.
+/// Checks processor, floating-point mode, memory, disks, linked libraries, and files that these
+/// write and read back.
 namespace parray::doctor {
 
 /// Reports the processor's model, the number of usable CPUs and the instruction sets. Always
