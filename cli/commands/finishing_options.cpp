@@ -13,7 +13,7 @@
 #include "cli/output/labels/labels.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/transparency.h"
-#include "cli/output/postprocess/outline.h"
+#include "cli/output/postprocess/outline_and_depth_cue.h"
 #include "cli/output/recipe.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"

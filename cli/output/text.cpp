@@ -7,6 +7,7 @@
 #include <span>
 
 #include "cli/farm/client.h"
+#include "common/adaptive/error_estimate.h"
 #include "coordinator/jobs/report.h"
 
 namespace parray::output {

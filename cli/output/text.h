@@ -9,8 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "common/adaptive/error_estimate.h"
+#include "common/rooms.h"
 
+namespace parray::adaptive {
+struct ErrorFigures;
+}
 namespace parray::farm {
 struct JobStatus;
 }

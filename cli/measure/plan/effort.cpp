@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "cli/farm/direct_render.h"
 #include "cli/output/picture/image_file.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/base/files.h"

@@ -3,7 +3,14 @@
 #include <filesystem>
 #include <span>
 
-#include "cli/farm/direct_render.h"
+#include "common/rooms.h"
+
+namespace parray::farm {
+struct DirectRender;
+}
+namespace parray::image {
+class Framebuffer;
+}
 
 namespace parray::plan {
 

@@ -74,7 +74,8 @@ struct Family {
 
 /// A way to use samples. The slopes are those of Family::amount and Family::seconds with a single
 /// row: four times the samples halve the noise. For a denoised picture a single row does not
-/// determine the slopes (0).
+/// determine the slopes (0). No way has a target and denoising, because the sweep (variant.cpp)
+/// measures no denoised pictures with targets.
 struct Way {
   bool targeted, denoised;
   double amount_slope, seconds_slope;

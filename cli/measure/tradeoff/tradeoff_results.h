@@ -112,6 +112,7 @@ std::string text_of(const TradeoffResults& results);
 
 // Plots of these tables in the directory DIR of measurements. The program contains their scripts
 // for gnuplot.
+
 /// A file plots/NAME.gp of the source. CMake writes plot_scripts.cpp, which contains their texts.
 struct PlotScript {
   std::string_view name;

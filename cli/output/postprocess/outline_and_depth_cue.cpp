@@ -1,4 +1,4 @@
-#include "cli/output/postprocess/outline.h"
+#include "cli/output/postprocess/outline_and_depth_cue.h"
 
 #include <algorithm>
 #include <array>
