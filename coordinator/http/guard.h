@@ -31,8 +31,8 @@ class Guard {
 
  private:
   std::vector<std::string> hosts_;     ///< in lower case
-  std::mutex mutex_;                   // guards tokens_
-  std::unique_ptr<TokenList> tokens_;  ///< null: requests need no token
+  std::mutex mutex_;                   // guards *tokens_
+  std::unique_ptr<TokenList> tokens_;  ///< null: requests need no token. Never replaced
 };
 
 }  // namespace parray::http

@@ -41,7 +41,7 @@ class PictureCache {
 
   /// `directory`: for files of child processes and cached files. `memory`: limits the memory of
   /// pictures that are being made. `disk`: limit of the cached files in bytes. All references must
-  /// outlive this object.
+  /// outlive this object, and it must outlive all files that get() returns: they give back bytes.
   PictureCache(LoopClient& loop, const ChildRunner& runner, Budget& memory, std::uint64_t disk,
                std::filesystem::path directory)
       : loop_(loop),

@@ -40,7 +40,7 @@ std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 
 /// The `options` of a request.
 struct RequestOptions {
-  std::vector<std::string> words;  ///< as arguments of the command line
+  std::vector<std::string> words;  ///< the others, as arguments of the command line
   std::string webhook;             ///< address of the webhook; empty: none
   std::uint64_t preview_of = 0;    ///< the job of which this one is the quick look; 0: none
 };
@@ -50,8 +50,8 @@ RequestOptions read_options(const std::string& text);
 
 /// Translates a message of parray-http-child for the client. `words`: those of RequestOptions. If
 /// the message begins with an option of `words`, or with a file's name and then such an option, a
-/// JSON pointer replaces the option: "--spp: ..." becomes "options: /spp:
-/// ...". Also removes the advice to see the help of parray.
+/// JSON pointer replaces the option: "--spp: ..." becomes "options: /spp: ...". Also removes the
+/// advice to see the help of parray.
 std::string message_about_options(const std::string& message,
                                   const std::vector<std::string>& words);
 
