@@ -8,6 +8,7 @@
 
 #include "common/base/bytes.h"
 #include "common/scene/settings.h"
+#include "coordinator/disputes/machines.h"
 
 namespace parray::coordinator {
 namespace {

@@ -12,11 +12,12 @@
 
 #include "common/image/picture_bytes.h"
 #include "common/scene/settings_fwd.h"
-#include "coordinator/disputes/machines.h"
 #include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/store.h"
 
 namespace parray::coordinator {
+
+struct FaultFinding;  // machines.h
 
 /// A copy of the numbers of a run, for a thread that must not use the run itself.
 struct RunState {

@@ -9,6 +9,7 @@
 
 #include "common/base/bytes.h"
 #include "common/scene/settings.h"
+#include "coordinator/disputes/machines.h"
 #include "coordinator/jobs/report.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/dice.h"

@@ -1,4 +1,4 @@
-// Says what jobs wait for, how long they will, and how good their pictures are.
+// Estimates for people: what jobs wait for and for how long, and how good their pictures are.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
