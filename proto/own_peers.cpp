@@ -114,8 +114,9 @@ bool is_of_this_user(int socket, Address peer) {
     return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &who, &size) == 0 && who.uid == geteuid();
   }
   Address own;
-  if (!is_loopback_address(peer) || getsockname(socket, own.pointer(), &own.size) != 0)
+  if (!is_loopback_address(peer) || getsockname(socket, own.pointer(), &own.size) != 0) {
     return false;
+  }
   std::uint32_t user = 0;
   const bool found = find_owner(peer, own, user) ||
                      (other_family(peer) && other_family(own) && find_owner(peer, own, user));

@@ -179,7 +179,7 @@ SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second)
 WindowSource::Part WindowSource::take_copy() {
   if (!ticket_) ticket_ = window_.fetch_add(Word::copy_requests, 1);
   if (window_.load(Word::finished) != 0) return {Answer::over, {}};
-  if (*ticket_ >= layout_.most_copies || window_.load(Word::copies) <= *ticket_) {
+  if (*ticket_ >= WindowLayout::most_copies || window_.load(Word::copies) <= *ticket_) {
     return {Answer::wait, {}};
   }
   const CellRange cells = range_from_word(window_.load(layout_.copy_word(*ticket_)));

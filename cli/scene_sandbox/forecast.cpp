@@ -140,8 +140,9 @@ std::vector<std::string> notes_of(const UploadRequest& request, const Submission
                            : "A target half-width alone cannot be forecast.");
   }
   if (job.denoise) notes.emplace_back("The error is that of the picture before denoising.");
-  if (request.frames)
+  if (request.frames) {
     notes.emplace_back("The forecast assumes that all frames are like the first one.");
+  }
   return notes;
 }
 

@@ -81,9 +81,9 @@ void keep_floats(const std::string& file, std::span<const float> values) {
   keep_bytes(file, {reinterpret_cast<const char*>(values.data()), values.size_bytes()});
 }
 
-/// Confines this process. Reads the files `pixels` (common/image/picture_bytes.h)
-/// and `report`, and writes the file `wanted`. Throws RunError if the process cannot be confined,
-/// or a file cannot be read or written.
+/// Confines this process. Reads the files `pixels` (common/image/picture_bytes.h) and `report`, and
+/// writes the file `wanted`. Throws RunError if the process cannot be confined, or a file cannot be
+/// read or written.
 void write_picture_file(const PictureRequest& request, const ChildResources& resources) {
   constexpr std::uint64_t most_of_head = std::uint64_t{1} << 20;
   constexpr std::uint64_t most_of_pixel = 128;

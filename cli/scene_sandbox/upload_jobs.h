@@ -49,11 +49,10 @@ void write_upload_jobs(const UploadRequest& request, std::size_t first,
 
 /// Confines this process (confinement.h). Reads the scene in the current directory as
 /// first_submission() does, traces a part of its picture for about two seconds on one thread, and
-/// writes a forecast to
-/// ../forecast: a JSON map with the keys of the answer to POST /api/v1/plan, except those that
-/// depend on the queue. `threads`: number of threads of all workers; with 0, `seconds` is null. The
-/// times of a series are those of all frames together; the forecast assumes that all frames are
-/// like the first one.
+/// writes a forecast to ../forecast: a JSON map with the keys of the answer to POST /api/v1/plan,
+/// except those that depend on the queue. `threads`: number of threads of all workers; with 0,
+/// `seconds` is null. The times of a series are those of all frames together; the forecast assumes
+/// that all frames are like the first one.
 ///
 /// Throws InputError if the scene cannot be read, or the job's target is out of reach. Throws
 /// RunError if the process cannot be confined, or the forecast cannot be written.

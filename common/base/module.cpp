@@ -14,9 +14,10 @@ namespace fs = std::filesystem;
 fs::path module_file(const std::string& name) {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error)
+  if (error) {
     throw RunError("/proc/self/exe cannot be read (" + error.message() +
                    "), so the program does not find its modules: mount /proc");
+  }
   fs::path beside = program.parent_path() / name;
   if (fs::exists(beside, error)) return beside;
   return program.parent_path().parent_path() / "lib" / "parray" / name;

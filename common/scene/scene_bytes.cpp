@@ -98,6 +98,8 @@ struct SceneReader {
     in.numbers(value);
     check(value >= least && value <= most, "a number is out of range");
   }
+  // Not static, like that of SceneWriter.
+  // NOLINTNEXTLINE(readability-convert-member-functions-to-static)
   void check(bool good, const char* fault) {
     if (!good) throw DecodeError(std::string("scene: ") + fault);
   }

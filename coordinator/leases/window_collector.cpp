@@ -242,7 +242,8 @@ void WindowCollector::finish() {
 }
 
 void WindowCollector::issue_copies(Time now) {
-  const std::uint64_t copy_requests = std::min(load(Word::copy_requests), layout_.most_copies);
+  const std::uint64_t copy_requests =
+      std::min(load(Word::copy_requests), WindowLayout::most_copies);
   if (copy_requests > copies_issued_ && waiting_since_ == never) find_gaps(now);
   // Cells of unread entries may be done already.
   if (copy_requests <= copies_issued_ || behind_ || overtaken() || picture_.collector().done()) {

@@ -200,7 +200,7 @@ TEST_CASE("copies are issued in rounds, at most as many as the window has places
     rig.collector.issue_copies(now);
     REQUIRE((rig.totals.copies > before || now == Time(0)));
   }
-  CHECK(rig.window.load(Word::copies) <= rig.layout.most_copies);
+  CHECK(rig.window.load(Word::copies) <= WindowLayout::most_copies);
 }
 
 TEST_CASE("a rank is silent if it works and its heartbeat does not change") {

@@ -35,7 +35,7 @@ std::vector<Region> regions_of(const WindowLayout& layout) {
           words(WindowLayout::rank_word(rank, static_cast<WindowLayout::RankWord>(word)), 1));
     }
   }
-  for (std::uint64_t copy = 0; copy < layout.most_copies; ++copy) {
+  for (std::uint64_t copy = 0; copy < WindowLayout::most_copies; ++copy) {
     regions.push_back(words(layout.copy_word(copy), 1));
   }
   for (std::uint64_t entry = 0; entry < layout.log_blocks() * WindowLayout::block_entries;
@@ -139,7 +139,7 @@ TEST_CASE("the regions of a window do not overlap and fill it") {
     CHECK(layout.record_bytes() == record_bytes(plan->grid()->shape().cell_pixels));
     CHECK(layout.cells() == plan->cells());
     const std::uint64_t shared = layout.log_blocks() - layout.ranks();
-    CHECK(shared * WindowLayout::block_entries >= plan->cells() + layout.most_copies);
+    CHECK(shared * WindowLayout::block_entries >= plan->cells() + WindowLayout::most_copies);
   }
 }
 

@@ -225,8 +225,8 @@ TEST_CASE("ranks end when rank 0 sets finished, and wait if there is no place fo
   Rig rig(medium(), 2, weighted);
   WindowSource rank = rig.rank(1);
   rig.window.store(Word::position, rig.plan().cells());
-  rig.window.store(Word::copy_requests, rig.layout.most_copies);
-  rig.window.store(Word::copies, rig.layout.most_copies);
+  rig.window.store(Word::copy_requests, WindowLayout::most_copies);
+  rig.window.store(Word::copies, WindowLayout::most_copies);
   CHECK(rank.take_part(1e6, true).answer == Answer::wait);
   CHECK(rank.take_part(1e6, true).answer == Answer::wait);
   rig.window.store(Word::finished, 1);
