@@ -157,8 +157,8 @@ void add_boundary(const Replicas& replicas, Particles& particles) {
   const auto& [a, b, c] = replicas.counts;
   const std::uint64_t copies = add_boundary_copies(particles, {share / a, share / b, share / c});
   particles.facts.note("boundary_copies", copies,
-                       in_number(copies, "copy of an atom", "copies of atoms") +
-                           " on faces of the cell drawn on the opposite faces");
+                       in_number(copies, "copy of an atom", "copies of atoms")
+                           .append(" on faces of the cell drawn on the opposite faces"));
 }
 
 void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {

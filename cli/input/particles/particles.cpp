@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 #include <unordered_map>
+#include <utility>
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/file_place.h"
@@ -195,6 +196,10 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
 }
 
 }  // namespace
+
+void ParticleFacts::note(std::string key, std::uint64_t count, std::string text) {
+  if (count > 0) notes.push_back({std::move(key), count, std::move(text)});
+}
 
 const NumberColumn* Particles::numbers_named(std::string_view name) const {
   const auto found = std::ranges::find(numbers, name, &NumberColumn::name);

@@ -66,9 +66,7 @@ struct ParticleFacts {
   std::vector<ParticleNote> notes{};
 
   /// Adds a note unless `count` is 0.
-  void note(std::string key, std::uint64_t count, std::string text) {
-    if (count > 0) notes.push_back({std::move(key), count, std::move(text)});
-  }
+  void note(std::string key, std::uint64_t count, std::string text);
 };
 
 /// A bond that the file states, between particles `first` < `second`.
