@@ -80,6 +80,30 @@ TEST_CASE_TEMPLATE("a ray meets a capsule within 6 ulp of its surface, at every 
   within(41, named<Real>("capsules: length of normals / ulp"), worst.normal, 4);
 }
 
+TEST_CASE_TEMPLATE(
+    "a ray along the axis enters a capsule by the nearer end and leaves by the other", Real, float,
+    double) {
+  WorstPassage worst;
+  for (const double side : {-1, 1}) {
+    for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
+      for (int power = -10; power <= 10; ++power) {
+        // Powers of two, so that no rounding turns the ray away from the axis.
+        const double half = std::ldexp(1.0, power);
+        const CapsuleShape<Real> capsule{{}, vec_cast<Real>(half * axis), static_cast<Real>(0.75)};
+        const Vec3d beside{0.25 * axis.y, 0.25 * axis.z, 0.25 * axis.x};
+        const auto direction = vec_cast<Real>(side * axis);
+        const Vec3d outside = -side * (half + 2) * axis + beside;
+        worst.look_at(Ray<Real>(vec_cast<Real>(outside), direction), capsule);
+        worst.look_at(Ray<Real>(vec_cast<Real>(beside), direction), capsule);
+      }
+    }
+  }
+  CHECK(worst.hits == 2 * 3 * 21);
+  CHECK(worst.misses == 0);
+  CHECK(worst.at_t < 6);
+  CHECK(worst.surface < 2);
+}
+
 TEST_CASE_TEMPLATE("a capsule scaled by a power of two is met at the scaled distance, bit for bit",
                    Real, float, double) {
   Dice dice(seeded(203));
