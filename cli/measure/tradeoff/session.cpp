@@ -332,8 +332,9 @@ class Session {
 
   void find_answer(TradeoffResults& results) {
     const auto own = std::ranges::find(results.rows, VariedSetting::scene, &Row::varied);
-    if (own == results.rows.end())
+    if (own == results.rows.end()) {
       throw RunError("the scene's own settings were not measured: use a longer --time-budget");
+    }
     const Row scene_row = *own;
     Answer answer;
     answer.asked = request_.error.has_value();
