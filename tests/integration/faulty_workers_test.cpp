@@ -135,8 +135,8 @@ TEST_CASE("if two machines differ, the referee decides, whichever came first") {
     work(service, {{&first, faulty_first ? lying : honest}}, job, 3);
     Hand second(service, faulty_first ? "ann" : "faulty");
     // A faulty machine that came first does nothing more: it does not check the correct one.
-    work(service, {{&first, faulty_first ? idle : honest}, {&second, faulty_first ? honest : lying}},
-         job);
+    work(service,
+         {{&first, faulty_first ? idle : honest}, {&second, faulty_first ? honest : lying}}, job);
     CHECK(service.worker("ann").at("state") == "ready");
     check_mended(service, job, settings);
   }
