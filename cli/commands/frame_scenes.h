@@ -99,7 +99,7 @@ class FrameScenes {
 /// scenery (ground or wall, light blocker) turns with the camera.
 void turn(SceneFile& scene, const TurnAxis& axis, double degrees);
 
-/// What changes from frame to frame of a film.
+/// The options that determine the frames of a film.
 struct FilmCourse {
   std::string scene;                     ///< with #### if each frame has its own file
   std::optional<ChosenFrames> frames{};  ///< of --frames
@@ -124,7 +124,7 @@ class FilmFrames {
   [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(numbers_.size()); }
   /// Returns the place in the film, from 0, of a frame in numbers().
   [[nodiscard]] std::uint32_t place_of(std::uint32_t frame) const;
-  /// Returns all files that determine the frames.
+  /// Returns the names of all files from which the frames are made: scenes, particles, camera path.
   [[nodiscard]] std::vector<std::string> files() const;
   /// Moves the camera of a loaded frame as the course says.
   void move_camera(std::uint32_t frame, SceneFile& scene) const;

@@ -15,7 +15,8 @@ namespace parray::http {
 /// Largest number of a job in a request. JavaScript rounds larger numbers.
 inline constexpr JobId largest_job = (JobId{1} << 53) - 1;
 
-/// What answers the requests that openapi.json describes. All references must outlive this object.
+/// The parts of the coordinator that the handlers of the HTTP interface (openapi.json) use. They
+/// must outlive this object.
 struct Api {
   Router& router;
   LoopClient& loop;

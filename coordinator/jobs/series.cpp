@@ -97,7 +97,7 @@ std::string flag_of(const Series& series) {
              : fmt::format("frame {}: {}", (*found)->record.frame, (*found)->record.flag);
 }
 
-/// Equal events of several frames, which one action of a client has caused.
+/// Several frames of a series that had the same event, because of one request of a client.
 struct SameEvents {
   double at = 0;
   std::size_t frames = 0;

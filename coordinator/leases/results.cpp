@@ -1,4 +1,4 @@
-// What becomes of leases: results, failures and losses.
+// The ends of leases: a result arrives, the worker reports a failure, or the lease is lost.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>

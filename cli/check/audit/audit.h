@@ -7,8 +7,8 @@
 #include "common/scene/setting_choices.h"
 #include "coordinator/jobs/journal.h"
 
-/// What a job's journal says: whether every cell counts once, where the time was spent, and how
-/// long the job would have taken with other schedules.
+/// Reads a job's journal. Audits check that every cell counts once, and sum up where the time was
+/// spent. Replays predict how long the job would take with other schedules.
 namespace parray::audit {
 
 /// Result of checking a job's journal.

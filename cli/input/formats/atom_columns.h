@@ -76,8 +76,8 @@ struct AlternativeColumns {
   std::vector<std::size_t> doubtful;  ///< particles with doubtful letters
 };
 
-/// Chooses one of the values that are offered for each key: one with the wanted letter or, without
-/// it, one with the highest occupancy. Of several equal ones, the first counts.
+/// Chooses one value for each key. A value with the wanted letter comes first; if there is none,
+/// the value with the highest occupancy does. If several are equal, the first one is chosen.
 template <typename Key, typename Value>
 class Choices {
  public:

@@ -19,9 +19,9 @@
 namespace parray::input {
 namespace {
 
-/// Recognises CIF of macromolecules (PDBx, whose names have a dot), of crystals (the core
-/// dictionary, whose names have no dot) and of components. The first line that is neither blank nor
-/// a comment starts with "data_".
+/// Recognises three kinds of CIF: macromolecules (PDBx, names with a dot), crystals (core
+/// dictionary, names without a dot) and components. In all of them, the first line that is neither
+/// blank nor a comment starts with "data_".
 Confidence looks_like_cif(const FileStart& start) {
   for (const std::string_view line : start.lines()) {
     const std::string_view text = trimmed(line);

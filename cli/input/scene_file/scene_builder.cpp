@@ -258,7 +258,7 @@ class SceneBuilder final : public JsonSink {
                         "use a smaller unit of length");
   }
 
-  /// Adds a shape of version 1, whose material is the name in `fields`.
+  /// Adds a shape of a scene file of version 1. Its field "material" names its material.
   template <typename Shape>
   void add_shape(Shape shape, std::string_view section, const JsonFields& fields,
                  std::vector<Shape>& to) {

@@ -12,9 +12,9 @@
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 
-/// What image_file.cpp uses to read and write the formats: png_file.cpp in the program, and the
-/// modules exr_codec.cpp and image_codec.cpp. Modules call no functions of the program that are not
-/// inline.
+/// Readers and writers of the picture formats, which image_file.cpp calls. png_file.cpp is part of
+/// the program. exr_codec.cpp and image_codec.cpp are modules: libraries that the program loads
+/// when it needs them. Modules call only inline functions of the program.
 namespace parray::picture {
 
 /// File formats that can be written.
