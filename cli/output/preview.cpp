@@ -223,7 +223,7 @@ class Display {
         std::cerr << "parray: --display: no viewer takes pictures at " +
                          printable(place_.host, 200) + ":" + std::to_string(place_.port) + " (" +
                          connection->reason() +
-                         "): start tev there again, or correct the address; the render continues\n";
+                         "): start tev there, or correct the address; the render continues\n";
       }
       lock.lock();
       if (!sent) {

@@ -153,9 +153,9 @@ class Session {
   Pilot pilot() {
     const RenderSettings& base = request_.base;
     Pilot pilot;
-    pilot.samples_per_second = speed_of(base, pilot_samples);  // also builds the accelerator
+    pilot.samples_per_second = speed_of(base, Pilot::samples);  // also builds the accelerator
     RenderSettings trial = base;
-    trial.samples_per_pixel = pilot_samples;
+    trial.samples_per_pixel = Pilot::samples;
     trial.seed = paired_seed(base.seed, 1000);
     const Time began = clock_.now();
     const DirectRender render = bench_.render(trial);
@@ -197,7 +197,7 @@ class Session {
     const double most = std::clamp(
         sweep_share * request_.seconds * pilot_.samples_per_second / (48 * pixels), 16.0, 4096.0);
     const double target =
-        reference_to_smallest * pilot_.error * std::sqrt(pilot_samples / (most * 4));
+        reference_to_smallest * pilot_.error * std::sqrt(Pilot::samples / (most * 4));
     const Time began = clock_.now();
     Time kept = began;
     for (;;) {

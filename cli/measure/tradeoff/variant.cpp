@@ -135,7 +135,7 @@ RenderSettings uniform(RenderSettings settings, Sampler sampler, std::uint32_t s
 }
 
 /// Returns the samples per pixel of adaptive passes to `share` of the pilot's error.
-double expected_samples(double share) { return pilot_samples / (share * share) / 1.5; }
+double expected_samples(double share) { return Pilot::samples / (share * share) / 1.5; }
 
 double samples_of(const RenderSettings& settings, const Pilot& pilot) {
   const bool targeted = settings.target_error > 0 && pilot.error > 0;

@@ -68,15 +68,14 @@ RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint
 
 /// Measurements of a scene on this machine before the sweep.
 struct Pilot {
+  static constexpr std::uint32_t samples = 16;  ///< per pixel of its picture
   double samples_per_second = 0;  ///< of the scene's own settings
   std::map<AcceleratorKind, double>
       other_speeds;     ///< the same for other accelerators; those that take too long are missing
   double overhead = 0;  ///< seconds per render without samples
-  double error = 0;     ///< RMSE with pilot_samples per pixel; 0: the picture has no noise
+  double error = 0;     ///< RMSE of its picture; 0: the picture has no noise
   double denoise = 0;   ///< seconds of denoising one picture
 };
-/// Samples per pixel of the pilot's picture.
-inline constexpr std::uint32_t pilot_samples = 16;
 /// Scenes with more spheres do not try linear search.
 inline constexpr std::size_t most_linear = 4096;
 /// Scenes with more spheres do not try the octree: its build takes too long.
