@@ -9,7 +9,7 @@ namespace parray {
 namespace {
 
 using test::Faults;
-using test::Manner;
+using test::Honesty;
 using test::SimSpread;
 
 /// Returns a scene of about 60 chunks of SimSpread's size, which compress very little.
@@ -103,7 +103,7 @@ TEST_CASE("workers that die while they pass on a scene are replaced, and no work
 }
 
 TEST_CASE("workers request damaged chunks again") {
-  SimSpread spread(dusty_scene(), 3, {}, 1, {{0, Manner::corrupting}});
+  SimSpread spread(dusty_scene(), 3, {}, 1, {{0, Honesty::corrupting}});
   // The other worker of its machine gets nothing useful from it, and finally gets another source.
   CHECK(spread.run(seconds(300)));
 }
@@ -112,8 +112,8 @@ TEST_CASE(
     "a worker that passes on false chunks is detected, and the others get the scene nevertheless") {
   const Scene scene = dusty_scene();
   for (const auto& faulty_workers :
-       {std::map<std::size_t, Manner>{{0, Manner::lying}},
-        std::map<std::size_t, Manner>{{0, Manner::lying}, {2, Manner::lying}}}) {
+       {std::map<std::size_t, Honesty>{{0, Honesty::lying}},
+        std::map<std::size_t, Honesty>{{0, Honesty::lying}, {2, Honesty::lying}}}) {
     SimSpread spread(scene, 10, {}, 1, faulty_workers);
     REQUIRE(spread.run(seconds(300)));
     for (std::size_t i = 0; i < 10; ++i) {

@@ -13,11 +13,6 @@
 namespace parray::test {
 namespace {
 
-template <typename Real>
-std::string named(const std::string& what) {
-  return what + (sizeof(Real) == sizeof(float) ? ", f32" : ", f64");
-}
-
 /// Worst errors of rays from outside, in ulp of the largest coordinate.
 struct WorstPassage {
   double at_t = 0;     ///< height of the ray's point at the computed t

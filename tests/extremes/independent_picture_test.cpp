@@ -5,15 +5,14 @@
 
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <vector>
 
-#include "cli/input/scene_file/scene_file.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/rooms.h"
+#include "tests/support/scene_files.h"
 #include "tests/support/textbook_tracer.h"
 
 namespace parray::test {
@@ -42,10 +41,6 @@ Picture our_picture(const Scene& scene, RenderSettings settings) {
     }
   }
   return result.take();
-}
-
-Scene shipped(const std::string& name) {
-  return read_scene_file(std::filesystem::path(PARRAY_SOURCE_DIR) / "scenes" / name).scene;
 }
 
 }  // namespace

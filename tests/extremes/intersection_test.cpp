@@ -17,11 +17,6 @@
 namespace parray::test {
 namespace {
 
-template <typename Real>
-std::string named(const std::string& what) {
-  return what + (sizeof(Real) == sizeof(float) ? ", f32" : ", f64");
-}
-
 /// Makes a ray that passes the sphere at 1 + `steps` ulp(S) radii. |direction| = 1, and distances
 /// cover all S.
 template <typename Real>

@@ -20,11 +20,6 @@ namespace parray::test {
 namespace {
 
 template <typename Real>
-std::string named(const std::string& what) {
-  return what + (sizeof(Real) == sizeof(float) ? ", f32" : ", f64");
-}
-
-template <typename Real>
 constexpr double ulp = 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
 
 Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }

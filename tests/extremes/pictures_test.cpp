@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "cli/check/doctor/extremes.h"
-#include "cli/input/scene_file/scene_file.h"
 #include "common/scene/settings.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/scene_files.h"
 #include "tests/support/sphere_cases.h"
 #include "tests/support/tracers.h"
 
@@ -26,10 +26,6 @@ using doctor::scaled;
 using doctor::sized;
 
 constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
-
-Scene shipped(const std::string& name) {
-  return read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + name).scene;
-}
 
 Scene moved(Scene scene, const Vec3d& by) {
   scene.camera.look_from = scene.camera.look_from + by;

@@ -26,11 +26,6 @@ using doctor::under_white_sky;
 
 constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
 
-template <typename Real>
-std::string named(const std::string& what) {
-  return what + (sizeof(Real) == sizeof(float) ? ", f32" : ", f64");
-}
-
 Material diffuse(double albedo) { return {MaterialType::diffuse, {albedo, albedo, albedo}, 0, 1}; }
 Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }
 

@@ -8,6 +8,7 @@
 #include "cli/commands/film_folder.h"
 #include "cli/commands/frame_scenes.h"
 #include "common/base/error.h"
+#include "tests/support/contains.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
@@ -48,10 +49,6 @@ Numbers numbers_of(const FilmCourse& course) {
 
 std::string refusal(const FilmCourse& course) {
   return message_of<InputError>([&] { (void)numbers_of(course); });
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/picture/transparency.h"
 #include "common/base/error.h"
+#include "tests/support/contains.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
@@ -25,6 +26,7 @@ namespace parray {
 namespace {
 
 namespace fs = std::filesystem;
+using test::contains;
 using test::message_of;
 using test::TemporaryDirectory;
 
@@ -57,10 +59,6 @@ Image grey_row(const std::vector<float>& values) {
   Image image{static_cast<std::uint32_t>(values.size()), 1, {}};
   for (const float v : values) image.rgb.insert(image.rgb.end(), {v, v, v});
   return image;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 std::string read_text(const fs::path& path) {

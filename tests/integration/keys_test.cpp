@@ -3,6 +3,7 @@
 
 #include <thread>
 
+#include "tests/support/contains.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/served.h"
@@ -40,10 +41,6 @@ msg::Submit submission() {
   submit.settings = small_settings(small_scene());
   submit.scene = ScenePayload(std::make_shared<const Scene>(small_scene()));
   return submit;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 }  // namespace

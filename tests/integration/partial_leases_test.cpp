@@ -116,34 +116,6 @@ TEST_CASE(
   CHECK(bob_had == doctest::Approx(ann_had).epsilon(0.05));
 }
 
-namespace {
-
-/// Random numbers of the coordinator, with which another machine checks all leases.
-CoordinatorOptions checking_all() {
-  CoordinatorOptions options = service_options();
-  options.checks.share = 0.5;
-  options.random = [] { return 0.2; };
-  return options;
-}
-
-RenderSettings in_layers() {
-  RenderSettings settings = many_leases();
-  settings.height = 3;
-  settings.samples_per_pixel = 1000;
-  return settings;
-}
-
-/// Checks that the picture is right and that every cell counts once. Returns the audit.
-Audit check_right(Service& service, JobId job, const RenderSettings& settings) {
-  REQUIRE(service.state(job) == "done");
-  CHECK(service.sha256(job) == expected_sha256(settings));
-  Audit audit = audit_of(service, job);
-  CHECK(audit.complete());
-  return audit;
-}
-
-}  // namespace
-
 TEST_CASE("a part from a faulty worker is traced again, and the rest from another worker remains") {
   constexpr std::uint64_t part = 5;
   for (const bool rest_comes_first : {false, true}) {

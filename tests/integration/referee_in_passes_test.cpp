@@ -36,14 +36,6 @@ struct Farm {
   std::unique_ptr<Service> service;
 };
 
-void check_right(Service& service, JobId job, const RenderSettings& settings) {
-  REQUIRE(service.state(job) == "done");
-  CHECK(service.sha256(job) == expected_sha256(settings));
-  const auto report = service.fetch(job).report;
-  if (settings.in_passes()) CHECK(report.at("passes") == settings.passes);
-  CHECK(audit_of(service, job).complete());
-}
-
 /// Returns wrong results for the first leases.
 Manner lying_at_first(int leases) {
   return [left = std::make_shared<int>(leases)](Hand& hand, const msg::Grant& grant) {

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "tests/support/contains.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
@@ -12,10 +13,6 @@ namespace parray::test {
 namespace {
 
 using nlohmann::json;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 msg::Submit frame_of(Service& service, std::uint32_t frame, std::uint32_t frames,
                      const std::string& series = "dance") {

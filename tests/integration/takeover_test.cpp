@@ -25,8 +25,6 @@ CoordinatorOptions checking(double share, double draw) {
   options.random = [draw] { return draw; };
   return options;
 }
-/// Another machine checks every lease.
-CoordinatorOptions checking_all() { return checking(0.5, 0.2); }
 
 /// A primary and a standby that takes over.
 class Twins {
@@ -57,12 +55,6 @@ class Twins {
  public:
   Service service;
 };
-
-void check_right(Service& service, JobId job, const RenderSettings& settings) {
-  REQUIRE(service.state(job) == "done");
-  CHECK(service.sha256(job) == expected_sha256(settings));
-  CHECK(audit_of(service, job).complete());
-}
 
 }  // namespace
 
@@ -243,13 +235,6 @@ class Storm {
   Dice dice_;
   bool taken_over_ = false;
 };
-
-RenderSettings in_layers() {
-  RenderSettings settings = many_leases();
-  settings.height = 3;
-  settings.samples_per_pixel = 1000;
-  return settings;
-}
 
 }  // namespace
 

@@ -18,6 +18,12 @@ inline std::uint64_t seeded(std::uint64_t seed) {
   return seed + 1'000'003 * environment_number("PARRAY_EXTREMES_SEED", 0);
 }
 
+/// Returns what is measured, with its precision.
+template <typename Real>
+std::string named(const std::string& what) {
+  return what + (sizeof(Real) == sizeof(float) ? ", f32" : ", f64");
+}
+
 /// Checks that the worst value is within its tolerance. Writes both to the table that
 /// PARRAY_EXTREMES_TABLE names (see tests/extremes/table).
 inline void within(int row, const std::string& what, double worst, double tolerance) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <doctest/doctest.h>
 #include <spdlog/logger.h>
 #include <spdlog/sinks/ostream_sink.h>
 
@@ -31,6 +32,14 @@ inline CoordinatorOptions service_options() {
   options.job_thread.threaded = false;
   options.random = [dice = std::make_shared<Dice>(1)] { return dice->unit(); };
   options.referee = std::make_shared<SimReferee>();
+  return options;
+}
+
+/// Options with which another machine checks all leases.
+inline CoordinatorOptions checking_all() {
+  CoordinatorOptions options = service_options();
+  options.checks.share = 0.5;
+  options.random = [] { return 0.2; };
   return options;
 }
 
@@ -326,6 +335,14 @@ inline RenderSettings in_passes() {
   return settings;
 }
 
+/// Returns settings of a picture whose cells are layers of samples.
+inline RenderSettings in_layers() {
+  RenderSettings settings = many_leases();
+  settings.height = 3;
+  settings.samples_per_pixel = 1000;
+  return settings;
+}
+
 /// Returns the hash of the picture of small_scene() that one thread traces.
 inline std::string expected_sha256(const RenderSettings& settings) {
   return settings.in_passes() ? reference_passes_sha256(small_scene(), settings)
@@ -336,6 +353,17 @@ inline std::string expected_sha256(const RenderSettings& settings) {
 inline Audit audit_of(Service& service, JobId job) {
   const auto data = service.ask<msg::JournalData>(msg::FetchJournal{1, job});
   return audit_journal(read_journal(data.journal.data.view()));
+}
+
+/// Checks that a job is done, that its picture is right, and that every cell counts once. Returns
+/// the audit.
+inline Audit check_right(Service& service, JobId job, const RenderSettings& settings) {
+  REQUIRE(service.state(job) == "done");
+  CHECK(service.sha256(job) == expected_sha256(settings));
+  if (settings.in_passes()) CHECK(service.fetch(job).report.at("passes") == settings.passes);
+  Audit audit = audit_of(service, job);
+  CHECK(audit.complete());
+  return audit;
 }
 
 }  // namespace parray::test

@@ -17,12 +17,12 @@
 namespace parray::test {
 
 /// How a worker passes on chunks: unchanged, changed, or with a wrong checksum.
-enum class Manner { honest, lying, corrupting };
+enum class Honesty { honest, lying, corrupting };
 
 /// A worker that only gets and passes on one scene.
 class SpreadWorker final : public Actor {
  public:
-  SpreadWorker(std::string scene, Manner manner) : scene_(std::move(scene)), manner_(manner) {}
+  SpreadWorker(std::string scene, Honesty honesty) : scene_(std::move(scene)), honesty_(honesty) {}
 
   void receive(Time now, Delivery delivery) override {
     try {
@@ -43,7 +43,7 @@ class SpreadWorker final : public Actor {
   }
   std::vector<Delivery> take_outbox() override {
     std::vector<Delivery> outbox = exchange.take_outbox();
-    if (manner_ != Manner::honest) {
+    if (honesty_ != Honesty::honest) {
       for (Delivery& delivery : outbox) delivery.content = changed(delivery.content.open());
     }
     return outbox;
@@ -60,13 +60,13 @@ class SpreadWorker final : public Actor {
       bytes[bytes.size() / 2] ^= 1;
       const std::uint64_t checksum = chunk->content.checksum;
       chunk->content = Bulk::of(std::move(bytes));
-      if (manner_ == Manner::corrupting) chunk->content.checksum = checksum;
+      if (honesty_ == Honesty::corrupting) chunk->content.checksum = checksum;
     }
     return message;
   }
 
   const std::string scene_;
-  const Manner manner_;
+  const Honesty honesty_;
 };
 
 /// A coordinator that only serves scenes.
@@ -127,16 +127,17 @@ class SpreadCoordinator final : public Actor {
 class SimSpread {
  public:
   SimSpread(const Scene& scene, std::size_t workers, Faults faults, std::uint64_t seed,
-            const std::map<std::size_t, Manner>& manners = {})
+            const std::map<std::size_t, Honesty>& honesties = {})
       : network(faults, seed), coordinator(scene), coordinator_link_(network.coordinator_end()) {
     for (std::size_t i = 0; i < workers; ++i) {
       const std::size_t number = i + 2;  // workers 2 and 3 share a machine
       const PeerId peer = 'w' + std::to_string(number);
       coordinator.add_worker(peer, number);
-      const auto manner = manners.find(i);
-      workers_.push_back(std::make_unique<End>(End{
-          SpreadWorker(coordinator.id, manner == manners.end() ? Manner::honest : manner->second),
-          network.peer_end(peer), peer}));
+      const auto honesty = honesties.find(i);
+      workers_.push_back(std::make_unique<End>(
+          End{SpreadWorker(coordinator.id,
+                           honesty == honesties.end() ? Honesty::honest : honesty->second),
+              network.peer_end(peer), peer}));
     }
   }
 
