@@ -13,6 +13,7 @@ namespace parray::test {
 
 using Xs = std::vector<double>;
 using Elements = std::vector<std::uint8_t>;
+using Names = std::vector<std::string>;
 
 /// Returns a record ATOM of PDB at (x, 0, 0), with `name` from column 13 on.
 inline std::string pdb_line(const std::string& name, char location, const std::string& residue,

@@ -2,7 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -23,6 +22,7 @@
 #include "common/base/error.h"
 #include "tests/support/dice.h"
 #include "tests/support/message_of.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
@@ -31,10 +31,11 @@
 namespace parray {
 namespace {
 
+using test::add_name;
 using test::Dice;
 using test::message_of;
+using test::unknown_number;
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Particles with_numbers(const std::vector<double>& values) {
@@ -59,12 +60,6 @@ std::vector<double> shares(const std::vector<double>& values, const ParticleColo
     out.push_back(level == color_levels ? -1 : level / static_cast<double>(color_levels - 1));
   }
   return out;
-}
-
-void add(NameColumn& column, const std::string& name) {
-  const auto known = std::ranges::find(column.names, name);
-  column.index.push_back(static_cast<std::uint32_t>(known - column.names.begin()));
-  if (known == column.names.end()) column.names.push_back(name);
 }
 
 /// A scene with one item of particles, and a table beside it.
@@ -112,7 +107,7 @@ TEST_CASE("numbers are coloured between the least and the largest") {
   CHECK(shares({2, 4, 3}, by_number()) == std::vector<double>{0, 1, 0.5});
   CHECK(shares({5, 5}, by_number()) == std::vector<double>{0.5, 0.5});
   CHECK(shares({-1e308, 1e308, 0}, by_number()) == std::vector<double>{0, 1, 0.5});
-  CHECK(shares({-infinity, 1, 3, infinity, unknown}, by_number()) ==
+  CHECK(shares({-infinity, 1, 3, infinity, unknown_number}, by_number()) ==
         std::vector<double>{0, 0, 1, 1, -1});
 }
 
@@ -137,7 +132,7 @@ TEST_CASE("colours by index count removed particles") {
 }
 
 TEST_CASE("a range clips numbers and a note counts them") {
-  const std::vector<double> values{-3, -1, 0, 1, unknown, 2};
+  const std::vector<double> values{-3, -1, 0, 1, unknown_number, 2};
   CHECK(shares(values, by_number("-1:1")) == std::vector<double>{0, 0, 0.5, 1, -1, 1});
   Particles particles = with_numbers(values);
   const ParticleColors paint = colors_of(by_number("-1:1"), particles);
@@ -161,7 +156,7 @@ TEST_CASE("a range clips numbers and a note counts them") {
 TEST_CASE("a logarithmic scale has equal steps for equal factors, and none for numbers up to 0") {
   ParticleColoring coloring = by_number();
   coloring.scale = NumberScale::log;
-  CHECK(shares({1, 100, 10, 0, -5, unknown}, coloring) ==
+  CHECK(shares({1, 100, 10, 0, -5, unknown_number}, coloring) ==
         std::vector<double>{0, 1, 0.5, -1, -1, -1});
   CHECK(shares({1e-300, 1e300, 1}, coloring) == std::vector<double>{0, 1, 0.5});
   CHECK(shares({7, 7}, coloring) == std::vector<double>{0.5, 0.5});
@@ -185,7 +180,7 @@ TEST_CASE("each number is a category, in the order of the numbers and not of the
   ParticleColoring coloring = by_number();
   coloring.scale = NumberScale::categories;
   coloring.map = {};
-  Particles particles = with_numbers({30, -1.5, 30, 2, unknown});
+  Particles particles = with_numbers({30, -1.5, 30, 2, unknown_number});
   const ParticleColors paint = colors_of(coloring, particles);
   REQUIRE(paint.legend.entries.size() == 4);
   const std::array<std::string, 4> names{"-1.5", "2", "30", "no name"};
@@ -216,7 +211,7 @@ TEST_CASE("numbered names have the colour of their number, others that of their 
 }
 
 TEST_CASE("percentiles are by nearest rank and ignore unknown numbers") {
-  std::vector<double> values{unknown, infinity};
+  std::vector<double> values{unknown_number, infinity};
   for (int i = 1; i <= 100; ++i) values.push_back((i * 37) % 101);
   Particles particles = with_numbers(values);
   const Legend legend = colors_of(by_number("1%:90%"), particles).legend;
@@ -243,7 +238,7 @@ TEST_CASE("an invalid range is refused") {
   CHECK(message_of<SourceError>([&] { (void)colors_of(by_number("5:"), particles); }) ==
         "low (5) is above high (2) for these particles: give both ends as numbers, the smaller "
         "first");
-  Particles nothing = with_numbers({unknown, infinity});
+  Particles nothing = with_numbers({unknown_number, infinity});
   CHECK(message_of<SourceError>([&] { (void)colors_of(by_number(), nothing); }) ==
         "no particle has a finite vx: choose another column");
   CHECK_THROWS_AS((void)colors_of({"vz", {}, {}}, particles), UnknownNumber);
@@ -252,7 +247,9 @@ TEST_CASE("an invalid range is refused") {
 TEST_CASE("colours by number are few and the same for any number of threads") {
   Dice dice(4);
   std::vector<double> values;
-  for (int i = 0; i < 100'000; ++i) values.push_back(dice.one_in(50) ? unknown : dice.unit());
+  for (int i = 0; i < 100'000; ++i) {
+    values.push_back(dice.one_in(50) ? unknown_number : dice.unit());
+  }
   Particles particles = with_numbers(values);
   const ParticleColors one = colors_of(by_number("5%:95%"), particles);
   CHECK(one.palette.size() == color_levels + 1);
@@ -268,8 +265,8 @@ TEST_CASE("colours by number are few and the same for any number of threads") {
 TEST_CASE("types keep their colours in all frames for any order of atoms") {
   Particles first;
   Particles second;
-  for (const char* name : {"2", "10", "1", "X"}) add(first.types, name);
-  for (const char* name : {"X", "1", "2", "10"}) add(second.types, name);
+  for (const char* name : {"2", "10", "1", "X"}) add_name(first.types, name);
+  for (const char* name : {"X", "1", "2", "10"}) add_name(second.types, name);
   first.positions.resize(4);
   second.positions.resize(4);
   const ParticleColors a = colors_of({"type", {}, {}}, first);
@@ -283,7 +280,7 @@ TEST_CASE("types keep their colours in all frames for any order of atoms") {
 TEST_CASE("categories have different colours, which a selection does not change") {
   Particles particles;
   for (const char* name : {"B", "A", "B", "C", ""}) {
-    add(particles.chains, name);
+    add_name(particles.chains, name);
     particles.positions.push_back({});
   }
   const ParticleColors paint = colors_of({"chain", {}, {}}, particles);
@@ -325,7 +322,7 @@ TEST_CASE("residues are coloured by their group") {
   CHECK(group("") == "none");
   Particles particles;
   for (const char* name : {"POPC", "ASP", "GLU", "CHL1"}) {
-    add(particles.residue_names, name);
+    add_name(particles.residue_names, name);
     particles.positions.push_back({});
   }
   const ParticleColors paint = colors_of({"residue", {}, {}}, particles);

@@ -1,14 +1,13 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "cli/input/formats/crystal.h"
-#include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_summary.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
@@ -16,6 +15,7 @@ namespace parray {
 namespace {
 
 using test::Elements;
+using test::everything;
 using test::ParticleFiles;
 using test::Xs;
 using test::xs_of;
@@ -34,13 +34,11 @@ std::string cif(const std::string& items, const std::string& values) {
   return text + values + "\n#\n";
 }
 
-Particles read_all(const ParticleFiles& files, const std::string& text) {
-  ParticleRequest request;
-  request.all = true;
-  return read_particles(files.write("a.cif", text), request);
+Particles read_cif(const ParticleFiles& files, const std::string& text) {
+  return read_particles(files.write("a.cif", text), everything);
 }
 
-const std::string cell =
+const std::string crystal_cell =
     "_cell_length_a 4.0(1)\n_cell_length_b 5\n_cell_length_c 6\n_cell_angle_alpha 90\n"
     "_cell_angle_beta 90\n_cell_angle_gamma 90\n";
 
@@ -97,8 +95,8 @@ TEST_CASE(
     "CIF of a crystal: each operation adds an image in the cell, except on special positions") {
   const ParticleFiles files;
   const std::string operations = "loop_\n_symmetry_equiv_pos_as_xyz\n'x,y,z'\n'-x, -y, 1/2+z'\n";
-  const Particles particles = read_all(
-      files, "data_a\n" + cell + operations +
+  const Particles particles = read_cif(
+      files, "data_a\n" + crystal_cell + operations +
                  sites("Ca1 Ca2+ 0.25 0.5(1) 0.125 1 .\nO1 O2- 0 0 -0.25 1 .\nC1 ? 0 0 0 1 .\n"));
   REQUIRE(particles.count() == 6);
   CHECK(particles.elements == Elements{20, 20, 8, 8, 6, 6});
@@ -110,7 +108,7 @@ TEST_CASE(
   REQUIRE(particles.cell.has_value());
   CHECK(particles.cell->edges[2] == Vec3d{0, 0, 6});
   // On a mirror plane both operations say the same.
-  CHECK(read_all(files, "data_a\n" + cell +
+  CHECK(read_cif(files, "data_a\n" + crystal_cell +
                             "loop_\n_space_group_symop_operation_xyz\nx,y,z\n-x,y,z\n" +
                             sites("C1 C 0.5 0.1 0.2 1 .\n"))
             .count() == 1);
@@ -118,12 +116,13 @@ TEST_CASE(
 
 TEST_CASE("CIF of a crystal: without operations, the name of the space group gives them") {
   const ParticleFiles files;
-  const std::string name = "data_a\n_symmetry_space_group_name_H-M 'F m -3 m'\n" + cell;
-  CHECK(read_all(files, name + sites("Na1 Na 0 0 0 1 .\nCl1 Cl 0.5 0.5 0.5 1 .\n")).count() == 8);
-  CHECK(read_all(files,
-                 "data_a\n_symmetry_Int_Tables_number 225\n" + cell + sites("Na1 Na 0 0 0 1 .\n"))
+  const std::string name = "data_a\n_symmetry_space_group_name_H-M 'F m -3 m'\n" + crystal_cell;
+  CHECK(read_cif(files, name + sites("Na1 Na 0 0 0 1 .\nCl1 Cl 0.5 0.5 0.5 1 .\n")).count() == 8);
+  CHECK(read_cif(files, "data_a\n_symmetry_Int_Tables_number 225\n" + crystal_cell +
+                            sites("Na1 Na 0 0 0 1 .\n"))
             .count() == 4);
-  const Particles unknown = read_all(files, "data_a\n" + cell + sites("Na1 Na 0 0 0 1 .\n"));
+  const Particles unknown =
+      read_cif(files, "data_a\n" + crystal_cell + sites("Na1 Na 0 0 0 1 .\n"));
   CHECK(unknown.count() == 1);
   CHECK(test::note(unknown, "unknown_symmetry") == 1);
 }
@@ -133,17 +132,17 @@ TEST_CASE(
     "others") {
   const ParticleFiles files;
   const std::string text =
-      "data_a\n_symmetry_space_group_name_H-M 'P -1'\n" + cell +
+      "data_a\n_symmetry_space_group_name_H-M 'P -1'\n" + crystal_cell +
       sites(
           "C1 C 0.1 0.1 0.1 1 .\nC2A C 0.2 0.2 0.2 0.4 1\nC2B C 0.25 0.2 0.2 0.6 2\n"
           "Mg1 Mg 0.3 0.3 0.3 0.3 .\nFe1 Fe 0.3 0.3 0.3 0.7 .\nO1 O ? ? ? 1 .\n");
-  const Particles particles = read_all(files, text);
+  const Particles particles = read_cif(files, text);
   CHECK(particles.elements == Elements{6, 6, 6, 6, 26, 26});
   CHECK(particles.positions[2].x == 1);
   CHECK(test::note(particles, "alternatives") == 4);
   CHECK(test::note(particles, "partial_occupancy") == 4);
   CHECK(test::note(particles, "unplaced") == 1);
-  CHECK(files.message("a.cif", "data_a\n" + cell + sites("C1 C ? 0 0 1 .\n")) ==
+  CHECK(files.message("a.cif", "data_a\n" + crystal_cell + sites("C1 C ? 0 0 1 .\n")) ==
         "a.cif:16: " + no_coordinates);
   ParticleRequest all;
   all.alternatives = {AlternativeChoice::Rule::all};
@@ -155,7 +154,7 @@ TEST_CASE("CIF of a crystal: a missing cell and an invalid operation are refused
   CHECK(files.message("a.cif", "data_a\n" + sites("C1 C 0 0 0 1 .\n")) ==
         "a.cif:10: the coordinates are fractions, but the file has no valid cell: add or correct "
         "_cell_length_a, _cell_length_b, _cell_length_c and the angles");
-  CHECK(files.message("a.cif", "data_a\n" + cell + "_symmetry_equiv_pos_as_xyz 'x,y'\n" +
+  CHECK(files.message("a.cif", "data_a\n" + crystal_cell + "_symmetry_equiv_pos_as_xyz 'x,y'\n" +
                                    sites("C1 C 0 0 0 1 .\n")) ==
         "a.cif:17: 'x,y' is not a symmetry operation: write an operation such as 'x, y+1/2, -z'");
 }
@@ -182,13 +181,13 @@ TEST_CASE(
       "_chem_comp_atom.pdbx_model_Cartn_x_ideal\n_chem_comp_atom.pdbx_model_Cartn_y_ideal\n"
       "_chem_comp_atom.pdbx_model_Cartn_z_ideal\n";
   const Particles ideal =
-      read_all(files, head + "ABC C1 C 0 1 1 1 5 5 5\nABC \"O'\" O -1 2 2 2 6 6 6\n");
+      read_cif(files, head + "ABC C1 C 0 1 1 1 5 5 5\nABC \"O'\" O -1 2 2 2 6 6 6\n");
   CHECK(xs_of(ideal) == Xs{5, 6});
   CHECK(ideal.elements == Elements{6, 8});
   CHECK(ideal.residue_names.names == std::vector<std::string>{"ABC"});
   CHECK(ideal.atom_names.names == std::vector<std::string>{"C1", "O'"});
   CHECK(ideal.numbers[0].values == std::vector<double>{0, -1});
-  const Particles model = read_all(
+  const Particles model = read_cif(
       files, head + "ABC C1 C 0 1 1 1 5 5 5\nABC O1 O 0 2 2 2 ? ? ?\nABC H1 H 0 ? ? ? ? ? ?\n");
   CHECK(xs_of(model) == Xs{1, 2});
   CHECK(test::note(model, "unplaced") == 1);
@@ -222,7 +221,7 @@ TEST_CASE("mmCIF: models are frames; names, residues, numbers and the cell are r
       "_atom_site.auth_seq_id\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n"
       "_atom_site.B_iso_or_equiv\n_atom_site.pdbx_PDB_model_num\n"
       "C CA ALA B 12 1 2 3 7.5 1\nO . HOH C . 2 2 3 8.5 1\nC CA ALA B 12 3 2 3 9.5 2\n";
-  const Particles first = read_all(files, text);
+  const Particles first = read_cif(files, text);
   CHECK(xs_of(first) == Xs{1, 2});
   CHECK(first.facts.frames == 2);
   CHECK(first.residue_names.names == std::vector<std::string>{"ALA", "HOH"});
@@ -251,16 +250,16 @@ TEST_CASE("CIF: the first block with atoms is read and a note counts the others"
       "loop_\n_atom_site.type_symbol\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n";
   const std::string text =
       "data_global\n_journal.name x\ndata_a\n" + atoms + "C 1 2 3\ndata_b\n" + atoms + "C 4 2 3\n";
-  CHECK(xs_of(read_all(files, text)) == Xs{1});
-  CHECK(test::note(read_all(files, text), "blocks") == 1);
+  CHECK(xs_of(read_cif(files, text)) == Xs{1});
+  CHECK(test::note(read_cif(files, text), "blocks") == 1);
   std::string old = text;
   std::ranges::replace(old, '\n', '\r');
-  CHECK(xs_of(read_all(files, old)) == Xs{1});
+  CHECK(xs_of(read_cif(files, old)) == Xs{1});
 }
 
 TEST_CASE("mmCIF: without symbols the elements are guessed from names") {
   const ParticleFiles files;
-  const Particles particles = read_all(
+  const Particles particles = read_cif(
       files,
       "data_a\nloop_\n_atom_site.label_atom_id\n_atom_site.label_comp_id\n_atom_site.Cartn_x\n"
       "_atom_site.Cartn_y\n_atom_site.Cartn_z\nCA ALA 1 2 3\nCA CA 4 5 6\n");

@@ -1,37 +1,23 @@
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "cli/input/formats/format_table.h"
-#include "cli/input/particles/elements.h"
 #include "cli/output/picture/srgb.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
-#include "tests/support/sample_trajectories.h"
+#include "tests/support/three_particles.h"
 
 namespace parray {
 namespace {
 
+using test::Elements;
+using test::Names;
 using test::ParticleFiles;
-
-std::vector<Vec3d> three() { return {{1, -2, 3.5}, {0, 0.25, -1e3}, {-0.125, 7, 0}}; }
-
-std::vector<std::string> types_of(const Particles& particles) {
-  std::vector<std::string> types;
-  for (const std::uint32_t type : particles.types.index) {
-    types.push_back(particles.types.names.at(type));
-  }
-  return types;
-}
-
-using Names = std::vector<std::string>;
-
-using Elements = std::vector<std::uint8_t>;
+using test::three_positions;
+using test::types_of;
 
 }  // namespace
 
@@ -47,7 +33,7 @@ TEST_CASE("CSV is read with every separator, quotes, comments and any letter cas
   for (const std::string& table : tables) {
     CAPTURE(table);
     const Particles particles = files.read("a.csv", table);
-    CHECK(particles.positions == three());
+    CHECK(particles.positions == three_positions());
     CHECK(types_of(particles) == Names{"a", "b c", "a"});
     CHECK(particles.types.names == Names{"a", "b c"});
     CHECK(particles.elements.empty());

@@ -1,57 +1,26 @@
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_trajectories.h"
+#include "tests/support/trajectory_checks.h"
 
 namespace parray {
 namespace {
 
+using test::check_cuts;
 using test::DcdParts;
-
-using test::Frame;
-
+using test::everything;
+using test::first_frame;
+using test::has_edges;
+using test::last_frame;
 using test::ParticleFiles;
-
-const Frame first{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
-
-const Frame second{{-1, 2, 3}, {-4, 5, 6}, {-7, 8, 9}};
-
-const ParticleRequest all{.all = true};
-
-const ParticleRequest last{.frame = FrameChoice{0, true}};
-
-bool near(const Vec3d& a, const Vec3d& b, double tolerance = 1e-5) {
-  return length(a - b) <= tolerance * (1 + length(b));
-}
-
-bool same(const std::vector<Vec3d>& a, const Frame& b, double tolerance = 1e-5) {
-  return std::ranges::equal(a, b, [&](auto& p, auto& q) { return near(p, q, tolerance); });
-}
-
-bool has_edges(const Particles& particles, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  if (!particles.cell) return false;
-  const auto& edges = particles.cell->edges;
-  return near(edges[0], a) && near(edges[1], b) && near(edges[2], c);
-}
-
-/// Every file that is cut somewhere is refused in one line, or has fewer frames.
-void check_cuts(const char* name, const std::string& bytes, std::size_t whole_frames) {
-  const ParticleFiles files;
-  for (std::size_t length = 1; length < bytes.size(); length += length < 400 ? 1 : 13) {
-    const auto file = files.write(name, bytes.substr(0, length));
-    try {
-      const Particles particles = read_particles(file, all);
-      CHECK(particles.facts.frames.value_or(0) < whole_frames);
-    } catch (const InputError& error) {
-      CHECK(std::string_view(error.what()).find('\n') == std::string_view::npos);
-    }
-  }
-}
+using test::same_positions;
+using test::second_frame;
 
 }  // namespace
 
@@ -62,16 +31,16 @@ TEST_CASE("DCD: frames of both byte orders, with their steps as times") {
       DcdParts parts;
       parts.order = order;
       parts.charmm = charmm;
-      const auto file = files.write("a.dcd", test::dcd_file({first, second}, parts));
-      const Particles particles = read_particles(file, all);
-      CHECK(same(particles.positions, first));
+      const auto file = files.write("a.dcd", test::dcd_file({first_frame, second_frame}, parts));
+      const Particles particles = read_particles(file, everything);
+      CHECK(same_positions(particles.positions, first_frame));
       CHECK(particles.facts.frames == 2U);
       CHECK(particles.facts.time == 100);
       CHECK(particles.elements.empty());
       CHECK(particles.types.empty());
       CHECK_FALSE(particles.cell);
-      const Particles end = read_particles(file, last);
-      CHECK(same(end.positions, second));
+      const Particles end = read_particles(file, last_frame);
+      CHECK(same_positions(end.positions, second_frame));
       CHECK(end.facts.time == 150);
     }
   }
@@ -82,7 +51,7 @@ TEST_CASE("DCD: the cell as angles, cosines and a matrix") {
   const auto cell = [&](const std::array<double, 6>& six) {
     DcdParts parts;
     parts.cells = {six};
-    return read_particles(files.write("a.dcd", test::dcd_file({first}, parts)));
+    return read_particles(files.write("a.dcd", test::dcd_file({first_frame}, parts)));
   };
   const double half_root = std::sqrt(0.75);
   CHECK(has_edges(cell({10, 90, 20, 90, 90, 30}), {10, 0, 0}, {0, 20, 0}, {0, 0, 30}));
@@ -96,23 +65,25 @@ TEST_CASE("DCD: fixed atoms are only in the first frame") {
   const ParticleFiles files;
   DcdParts parts;
   parts.moving = {2};
-  const std::string bytes = test::dcd_file({first, {{40, 50, 60}}, {{41, 51, 61}}}, parts);
+  const std::string bytes = test::dcd_file({first_frame, {{40, 50, 60}}, {{41, 51, 61}}}, parts);
   const auto file = files.write("a.dcd", bytes);
-  CHECK(same(read_particles(file, last).positions, {{1, 2, 3}, {41, 51, 61}, {7, 8, 9}}));
-  CHECK(read_particles(file, all).facts.frames == 3U);
+  CHECK(same_positions(read_particles(file, last_frame).positions,
+                       {{1, 2, 3}, {41, 51, 61}, {7, 8, 9}}));
+  CHECK(read_particles(file, everything).facts.frames == 3U);
 }
 
 TEST_CASE("DCD: surplus title lines are skipped") {
   const ParticleFiles files;
   DcdParts parts;
   parts.extra_title_lines = 2;
-  CHECK(
-      same(read_particles(files.write("a.dcd", test::dcd_file({first}, parts))).positions, first));
+  CHECK(same_positions(
+      read_particles(files.write("a.dcd", test::dcd_file({first_frame}, parts))).positions,
+      first_frame));
 }
 
 TEST_CASE("DCD: damaged files are refused with the place") {
   const ParticleFiles files;
-  const std::string good = test::dcd_file({first, second});
+  const std::string good = test::dcd_file({first_frame, second_frame});
   CHECK(files.message("a.dcd", "CORD" + good).starts_with("a.dcd: byte 0: this is not a DCD file"));
   std::string velocities = good;
   velocities.replace(4, 4, "VELD");

@@ -5,46 +5,24 @@
 #include <vector>
 
 #include "cli/input/formats/format_table.h"
-#include "cli/input/particles/elements.h"
-#include "cli/output/picture/srgb.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
+#include "tests/support/three_particles.h"
 
 namespace parray {
 namespace {
 
-using test::bytes_of;
-
+using test::binary_positions;
+using test::Elements;
+using test::Names;
 using test::packed;
-
 using test::ParticleFiles;
-
-std::vector<Vec3d> three() { return {{1, -2, 3.5}, {0, 0.25, -1e3}, {-0.125, 7, 0}}; }
-
-std::string ply_header(const std::string& format, const std::string& properties) {
-  return "ply\nformat " + format + " 1.0\ncomment made by hand\nelement vertex 3\n" + properties +
-         "end_header\n";
-}
-
-constexpr const char* xyz_properties = "property float x\nproperty double y\nproperty float z\n";
-
-std::string binary_positions(std::endian order) {
-  std::string bytes;
-  for (const Vec3d& p : three()) {
-    bytes += bytes_of(static_cast<float>(p.x), order) + bytes_of(p.y, order) +
-             bytes_of(static_cast<float>(p.z), order);
-  }
-  return bytes;
-}
-
-std::vector<std::string> types_of(const Particles& particles) {
-  std::vector<std::string> types;
-  for (const std::uint32_t type : particles.types.index) {
-    types.push_back(particles.types.names.at(type));
-  }
-  return types;
-}
+using test::ply_header;
+using test::three_positions;
+using test::types_of;
+using test::xyz_properties;
 
 /// The text as Windows' editors save it.
 std::string with_crlf(const std::string& text) {
@@ -52,10 +30,6 @@ std::string with_crlf(const std::string& text) {
   for (const char c : text) result += c == '\n' ? std::string("\r\n") : std::string(1, c);
   return result;
 }
-
-using Names = std::vector<std::string>;
-
-using Elements = std::vector<std::uint8_t>;
 
 }  // namespace
 
@@ -108,7 +82,7 @@ TEST_CASE("equal content is equal in every format, packed and with any line ends
     for (const auto& version : versions) {
       CAPTURE(version.first);
       const Particles particles = files.read(version.first, version.second);
-      CHECK(particles.positions == three());
+      CHECK(particles.positions == three_positions());
       const bool ply = name.ends_with(".ply");
       CHECK(particles.elements == (ply ? Elements{} : Elements{6, 8, 6}));
       CHECK(types_of(particles) == (ply ? Names{} : Names{"C", "O", "C"}));

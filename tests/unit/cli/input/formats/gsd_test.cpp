@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tests/support/memory.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_gsd.h"
@@ -16,29 +17,25 @@ using test::gsd_count;
 using test::gsd_file;
 using test::gsd_floats;
 using test::gsd_part;
+using test::numbers_of;
 using test::packed;
 using test::ParticleFiles;
 using test::sample_gsd;
 
 using Doubles = std::vector<double>;
 
-Particles frame(const std::string& bytes, std::uint64_t number) {
+Particles gsd_frame(const std::string& bytes, std::uint64_t number) {
   const ParticleFiles files;
   return read_particles(files.write("a.gsd", bytes),
                         {.frame = FrameChoice{number, false}, .all = true});
 }
 
-Doubles values(const Particles& particles, const std::string& name) {
-  for (const NumberColumn& column : particles.numbers) {
-    if (column.name == name) return column.values;
-  }
-  return {};
+std::string gsd_message(const std::string& bytes) {
+  return ParticleFiles().message("a.gsd", bytes);
 }
 
-std::string message(const std::string& bytes) { return ParticleFiles().message("a.gsd", bytes); }
-
 bool says(const std::string& bytes, const std::string& text) {
-  const std::string found = message(bytes);
+  const std::string found = gsd_message(bytes);
   INFO(found);
   CHECK(found.find('\n') == std::string::npos);
   return found.find(text) != std::string::npos;
@@ -65,7 +62,7 @@ TEST_CASE("GSD: versions 0.3, 1 and 2 of the file layer give the same particles"
   old = with(old, 44, test::bytes_of(std::uint32_t{3}));
   for (const std::string& bytes :
        {old, sample_gsd(1), sample_gsd(2), packed(sample_gsd(2)), packed(sample_gsd(2), "zstd")}) {
-    const Particles particles = frame(bytes, 0);
+    const Particles particles = gsd_frame(bytes, 0);
     CHECK(particles.positions == std::vector<Vec3d>{{0, 0.5, 1}, {-1, -2, -3}});
     CHECK(particles.radii == Doubles{0.5, 0.25});
     CHECK(particles.types.names == std::vector<std::string>{"long", "A"});
@@ -78,16 +75,16 @@ TEST_CASE("GSD: versions 0.3, 1 and 2 of the file layer give the same particles"
 }
 
 TEST_CASE("GSD: numbers of particles are columns: vectors, quaternions and logged numbers") {
-  const Particles particles = frame(sample_gsd(), 0);
+  const Particles particles = gsd_frame(sample_gsd(), 0);
   CHECK(particles.numbers.size() == 12);
-  CHECK(values(particles, "mass") == Doubles{2, 3});
-  CHECK(values(particles, "vx") == Doubles{1, 4});
-  CHECK(values(particles, "vz") == Doubles{3, 6});
-  CHECK(values(particles, "iy") == Doubles{1, 0});
-  CHECK(values(particles, "iz") == Doubles{0, -1});
-  CHECK(values(particles, "orientation_w") == Doubles{1, 0});
-  CHECK(values(particles, "orientation_x") == Doubles{0, 1});
-  CHECK(values(particles, "log/particles/pair/energies") == Doubles{-1.5, -2.5});
+  CHECK(numbers_of(particles, "mass") == Doubles{2, 3});
+  CHECK(numbers_of(particles, "vx") == Doubles{1, 4});
+  CHECK(numbers_of(particles, "vz") == Doubles{3, 6});
+  CHECK(numbers_of(particles, "iy") == Doubles{1, 0});
+  CHECK(numbers_of(particles, "iz") == Doubles{0, -1});
+  CHECK(numbers_of(particles, "orientation_w") == Doubles{1, 0});
+  CHECK(numbers_of(particles, "orientation_x") == Doubles{0, 1});
+  CHECK(numbers_of(particles, "log/particles/pair/energies") == Doubles{-1.5, -2.5});
   const ParticleFiles files;
   ParticleRequest one;
   one.numbers = {"vy"};
@@ -97,25 +94,25 @@ TEST_CASE("GSD: numbers of particles are columns: vectors, quaternions and logge
 }
 
 TEST_CASE("GSD: the box is triclinic, and its centre is the origin") {
-  const Particles particles = frame(sample_gsd(), 0);
+  const Particles particles = gsd_frame(sample_gsd(), 0);
   REQUIRE(particles.cell);
   CHECK(particles.cell->edges == std::array<Vec3d, 3>{Vec3d{4, 0, 0}, {3, 6, 0}, {2, -4, 8}});
   CHECK(particles.cell->origin == Vec3d{-4.5, -1, -4});
-  const Particles flat =
-      frame(gsd_file({{gsd_floats("configuration/box", 6, {4, 6, 0, 0, 0, 0}), gsd_count(1)}}), 0);
+  const Particles flat = gsd_frame(
+      gsd_file({{gsd_floats("configuration/box", 6, {4, 6, 0, 0, 0, 0}), gsd_count(1)}}), 0);
   CHECK_FALSE(flat.cell);
 }
 
 TEST_CASE("GSD: a frame inherits what it lacks from frame 0, or has defaults") {
-  const Particles second = frame(sample_gsd(), 1);
-  CHECK(second.positions == frame(sample_gsd(), 0).positions);
+  const Particles second = gsd_frame(sample_gsd(), 1);
+  CHECK(second.positions == gsd_frame(sample_gsd(), 0).positions);
   CHECK(second.facts.time == 10);
   CHECK(second.cell->edges[0].x == 4);
-  const Particles third = frame(sample_gsd(), 2);
+  const Particles third = gsd_frame(sample_gsd(), 2);
   CHECK(third.positions == std::vector<Vec3d>{{1, 1, 1}, {2, 2, 2}});
   CHECK(third.radii == Doubles{0.5, 0.25});
   CHECK(third.types.names == std::vector<std::string>{"long", "A"});
-  CHECK(values(third, "vx") == Doubles{1, 4});
+  CHECK(numbers_of(third, "vx") == Doubles{1, 4});
   CHECK(third.facts.time == 30);
   CHECK(third.cell->edges[0] == Vec3d{5, 0, 0});
 }
@@ -129,7 +126,7 @@ TEST_CASE("GSD: frame 0 defines nothing for another number of particles") {
                  {"particles/types", 5, 1, 2, std::string("B\0", 2)}},
                 {gsd_count(2), gsd_floats("particles/position", 3, {0, 0, 0, 1, 1, 1})},
                 {gsd_count(0)}});
-  const Particles particles = frame(bytes, 1);
+  const Particles particles = gsd_frame(bytes, 1);
   CHECK(particles.count() == 2);
   CHECK(particles.radii == Doubles{0.5, 0.5});
   CHECK(particles.numbers.empty());
@@ -155,14 +152,14 @@ TEST_CASE("GSD: without diameters, the shapes of the types give the radii of sph
       {"particles/types", 5, 2, 2, std::string("A\0B\0", 4)},
       gsd_part<std::uint32_t>("particles/typeid", 3, 1, {1, 0}),
       {"particles/type_shapes", 5, 2, static_cast<std::uint32_t>(sphere.size() + 1), shapes}};
-  const Particles particles = frame(gsd_file({parts}), 0);
+  const Particles particles = gsd_frame(gsd_file({parts}), 0);
   CHECK(particles.radii == Doubles{0.5, 1.5});
   REQUIRE(particles.facts.notes.size() == 1);
   CHECK(particles.facts.notes[0].count == 1);
 }
 
 TEST_CASE("GSD: one particle at the origin needs no positions, more particles do") {
-  CHECK(frame(gsd_file({{gsd_count(1)}}), 0).positions == std::vector<Vec3d>{{0, 0, 0}});
+  CHECK(gsd_frame(gsd_file({{gsd_count(1)}}), 0).positions == std::vector<Vec3d>{{0, 0, 0}});
   CHECK(says(gsd_file({{gsd_count(2)}}), "frame 0 has no positions"));
 }
 

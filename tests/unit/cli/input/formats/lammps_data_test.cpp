@@ -1,9 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_trajectories.h"
@@ -11,38 +11,23 @@
 namespace parray {
 namespace {
 
+using test::everything;
+using test::has_note;
+using test::names_of;
+using test::numbers_of;
 using test::ParticleFiles;
-
-const ParticleRequest all{.all = true};
-
-/// The names of the number columns, with blanks between.
-std::string names_of(const Particles& particles) {
-  std::string names;
-  for (const NumberColumn& column : particles.numbers) {
-    names += (names.empty() ? "" : " ") + column.name;
-  }
-  return names;
-}
-
-std::vector<double> numbers(const Particles& particles, std::string_view name) {
-  const auto found = std::ranges::find(particles.numbers, name, &NumberColumn::name);
-  return found == particles.numbers.end() ? std::vector<double>{} : found->values;
-}
-
-bool has_note(const Particles& particles, std::string_view key) {
-  return std::ranges::any_of(particles.facts.notes, [&](auto& note) { return note.key == key; });
-}
 
 }  // namespace
 
 TEST_CASE("LAMMPS data: atoms in the file's order, elements by mass, velocities, the box") {
   const ParticleFiles files;
-  const Particles particles = read_particles(files.write("a.data", test::lammps_data()), all);
+  const Particles particles =
+      read_particles(files.write("a.data", test::lammps_data()), everything);
   CHECK(particles.positions == std::vector<Vec3d>{{1, 2, 3}, {4, 5, 6}});
   CHECK(particles.elements == std::vector<std::uint8_t>{6, 8});
   CHECK(names_of(particles) == "id molecule charge vx vy vz");
-  CHECK(numbers(particles, "charge") == std::vector<double>{-0.5, 0.5});
-  CHECK(numbers(particles, "vy") == std::vector<double>{0.5, 0.2});
+  CHECK(numbers_of(particles, "charge") == std::vector<double>{-0.5, 0.5});
+  CHECK(numbers_of(particles, "vy") == std::vector<double>{0.5, 0.2});
   CHECK(has_note(particles, "guessed_elements"));
   CHECK_FALSE(has_note(particles, "guessed_style"));
   REQUIRE(particles.cell);

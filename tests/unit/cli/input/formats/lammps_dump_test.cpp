@@ -1,52 +1,25 @@
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "cli/input/formats/format_table.h"
-#include "cli/input/particles/elements.h"
-#include "cli/output/picture/srgb.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
-#include "tests/support/sample_trajectories.h"
+#include "tests/support/three_particles.h"
 
 namespace parray {
 namespace {
 
+using test::Elements;
+using test::everything;
+using test::has_note;
+using test::Names;
+using test::names_of;
 using test::ParticleFiles;
-
-std::vector<Vec3d> three() { return {{1, -2, 3.5}, {0, 0.25, -1e3}, {-0.125, 7, 0}}; }
-
-std::vector<std::string> types_of(const Particles& particles) {
-  std::vector<std::string> types;
-  for (const std::uint32_t type : particles.types.index) {
-    types.push_back(particles.types.names.at(type));
-  }
-  return types;
-}
-
-using Names = std::vector<std::string>;
-
-using Elements = std::vector<std::uint8_t>;
-
-const ParticleRequest all{.all = true};
-
-/// The names of the number columns, with blanks between.
-std::string names_of(const Particles& particles) {
-  std::string names;
-  for (const NumberColumn& column : particles.numbers) {
-    names += (names.empty() ? "" : " ") + column.name;
-  }
-  return names;
-}
-
-bool has_note(const Particles& particles, std::string_view key) {
-  return std::ranges::any_of(particles.facts.notes, [&](auto& note) { return note.key == key; });
-}
+using test::three_positions;
+using test::types_of;
 
 std::string dump(const std::string& box, const std::string& columns, const std::string& row) {
   return "ITEM: UNITS\nmetal\nITEM: TIME\n2.5\nITEM: TIMESTEP\n40\nITEM: NUMBER OF ATOMS\n1\n" +
@@ -66,7 +39,7 @@ TEST_CASE("a LAMMPS dump is read: any order of columns, types as text, radii or 
                                     "ITEM: ATOMS id type xs x y z element diameter vx \n"
                                     "2 10 0.5 1 -2 3.5 Fe 1.5 0\n1 2 0.5 0 0.25 -1e3 Qq 0.5 0\n" +
                                     second);
-  CHECK(particles.positions == std::vector<Vec3d>{three()[0], three()[1]});
+  CHECK(particles.positions == std::vector<Vec3d>{three_positions()[0], three_positions()[1]});
   CHECK(types_of(particles) == Names{"10", "2"});
   CHECK(particles.elements == Elements{26, 0});
   CHECK(particles.radii == std::vector<double>{0.75, 0.25});
@@ -96,7 +69,7 @@ TEST_CASE("LAMMPS dumps: boxes of all kinds, the time, more columns") {
   const ParticleFiles files;
   const auto file = files.write("a.dump", dump("xy xz yz pp pp pp\n0 11 1\n0 10 0\n0 10 0\n",
                                                "id x y z c_pe VX", "7 1 2 3 -4 5"));
-  const Particles particles = read_particles(file, all);
+  const Particles particles = read_particles(file, everything);
   CHECK(names_of(particles) == "id c_pe vx");
   CHECK(particles.facts.time == 2.5);
   REQUIRE(particles.cell);

@@ -3,9 +3,9 @@
 #include <doctest/doctest.h>
 
 #include <string>
-#include <vector>
 
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
@@ -13,14 +13,7 @@ namespace parray {
 namespace {
 
 using test::ParticleFiles;
-
-/// The text of the note with this key, with its count; empty: none.
-std::string told(const Particles& particles, std::string_view key) {
-  for (const ParticleNote& note : particles.facts.notes) {
-    if (note.key == key) return std::to_string(note.count) + " " + note.text;
-  }
-  return "";
-}
+using test::told;
 
 }  // namespace
 

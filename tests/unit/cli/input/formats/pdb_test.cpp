@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "cli/input/formats/pdb_record.h"
-#include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_summary.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
@@ -17,6 +16,7 @@ namespace parray {
 namespace {
 
 using test::Elements;
+using test::everything;
 using test::ParticleFiles;
 using test::pdb_line;
 using test::Xs;
@@ -33,12 +33,6 @@ std::string record(const std::string& kind, const std::string& name, char locati
                     kind.c_str(), 1, name.c_str(), location, residue.c_str(), number, x, 2 * x,
                     3 * x, occupancy, 0.0, element.c_str())));
   return line;
-}
-
-ParticleRequest everything() {
-  ParticleRequest request;
-  request.all = true;
-  return request;
 }
 
 }  // namespace
@@ -289,7 +283,7 @@ TEST_CASE("PDB: END separates frames as ENDMDL does, CRYST1 is the cell of those
       pdb_line(" O", ' ', "HOH", 1, 2) + "END\n" + "MODEL        3\n" +
       pdb_line(" O", ' ', "HOH", 1, 3) + "ENDMDL\nEND\n";
   for (std::uint64_t frame = 0; frame < 3; ++frame) {
-    ParticleRequest request = everything();
+    ParticleRequest request = everything;
     request.frame = {frame, false};
     const Particles particles = read_particles(files.write("a.pdb", text), request);
     CHECK(xs_of(particles) == Xs{static_cast<double>(frame + 1)});
@@ -311,7 +305,7 @@ TEST_CASE("PDB: numbers, names, chains and segments are read on request") {
   const std::string line =
       "HETATM    3 ZN    ZN B   2A     -1.000   2.000   3.000  0.75 12.50          ZN2+\n"
       "ATOM      4  CA  ALA     3       1.000   2.000   3.000  1.00  0.00      SEGA\n";
-  const Particles particles = read_particles(files.write("a.pdb", line), everything());
+  const Particles particles = read_particles(files.write("a.pdb", line), everything);
   REQUIRE(particles.numbers.size() == 3);
   CHECK(particles.numbers[0].name == "occupancy");
   CHECK(particles.numbers[0].values == std::vector<double>{0.75, 1});
@@ -342,7 +336,7 @@ TEST_CASE("PDBQT: AutoDock's types give elements, its charges are partial") {
       "ATOM      5  G   LIG A   1       5.000   2.000   3.000  1.00  0.00     0.000 G0\n"
       "ATOM      6  C   LIG A   1       6.000   2.000   3.000  1.00  0.00     0.000 CG0\n"
       "ENDROOT\nTORSDOF 0\n";
-  const Particles particles = read_particles(files.write("a.pdbqt", text), everything());
+  const Particles particles = read_particles(files.write("a.pdbqt", text), everything);
   CHECK(particles.elements == Elements{6, 7, 1, 17, 0, 6});
   CHECK(particles.types.names == std::vector<std::string>{"A", "NA", "HD", "Cl", "G0", "CG0"});
   REQUIRE(particles.numbers.size() == 3);
@@ -362,7 +356,7 @@ TEST_CASE("PQR: fields separated by blanks, with and without a chain, give charg
   CHECK(files.message("a.pqr", text) != "no error");  // x of the second has no decimal point
   std::string good = text;
   good.replace(good.find(" 4 5.5"), 6, " 4.0 5.5");
-  const Particles particles = read_particles(files.write("a.pqr", good), everything());
+  const Particles particles = read_particles(files.write("a.pqr", good), everything);
   CHECK(particles.positions == std::vector<Vec3d>{{1, 2, 3}, {4, 5.5, 6}, {7, 8, 9}, {-1, 0, 0}});
   CHECK(particles.elements == Elements{7, 6, 1, 53});
   CHECK(particles.radii == std::vector<double>{1.55, 2, 1.1, 1.98});

@@ -6,15 +6,16 @@
 #include <vector>
 
 #include "cli/output/picture/srgb.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
 
+using test::everything;
+using test::names_of;
 using test::ParticleFiles;
-
-const ParticleRequest all{.all = true};
 
 /// Returns the text of the note on the columns; empty: none.
 std::string note_on(const Particles& particles) {
@@ -26,14 +27,6 @@ std::string note_on(const Particles& particles) {
 
 std::string read_as(const std::string& columns) {
   return "particles in a table without names of columns, read as " + columns;
-}
-
-std::string names_of(const Particles& particles) {
-  std::string names;
-  for (const NumberColumn& column : particles.numbers) {
-    names += (names.empty() ? "" : " ") + column.name;
-  }
-  return names;
 }
 
 Vec3d srgb(int red, int green, int blue) {
@@ -79,7 +72,7 @@ TEST_CASE("the fourth of four columns is the radius if all its numbers are posit
   CHECK(note_on(grains) == read_as("x, y, z, radius"));
   const auto scan = files.write("b.txt", "0 0 0 0.5\n1 2 3 0\n");
   CHECK(read_particles(scan).radii.empty());
-  const Particles read = read_particles(scan, all);
+  const Particles read = read_particles(scan, everything);
   CHECK(note_on(read) == read_as("x, y, z, c4"));
   CHECK(names_of(read) == "c4");
   CHECK(read.numbers[0].values == std::vector<double>{0.5, 0});
@@ -93,7 +86,7 @@ TEST_CASE("the last of six columns are colours if they are whole numbers to 255"
   for (const char* table : {"0 0 0 255 0 128\n1 1 1 1 1 256\n", "0 0 0 255 0 128\n1 1 1 1 1 0.5\n",
                             "0 0 0 0 0 1\n1 1 1 0 0 0\n", "0 0 0 9 9 9\n1 1 1 9 9 -9\n"}) {
     CAPTURE(table);
-    const Particles velocities = read_particles(files.write("b.txt", table), all);
+    const Particles velocities = read_particles(files.write("b.txt", table), everything);
     CHECK(velocities.colors.empty());
     CHECK(names_of(velocities) == "c4 c5 c6");
     CHECK(note_on(velocities) == read_as("x, y, z, c4, c5, c6"));
@@ -108,7 +101,7 @@ TEST_CASE("further columns are numbers on request, named by their place") {
   const Particles last = read_particles(seven, {.numbers = {"c7"}});
   CHECK(names_of(last) == "c7");
   CHECK(last.numbers[0].values == std::vector<double>{7, 6});
-  CHECK(names_of(read_particles(seven, all)) == "c4 c5 c6 c7");
+  CHECK(names_of(read_particles(seven, everything)) == "c4 c5 c6 c7");
   CHECK(note_on(files.read("b.txt", "1 2 3 4 5 6 7 8 9 10 11\n1 2 3 4 5 6 7 8 9 10 11\n")) ==
         read_as("x, y, z, c4, c5, c6, c7 to c11"));
 }
@@ -116,7 +109,7 @@ TEST_CASE("further columns are numbers on request, named by their place") {
 TEST_CASE("a scan with a count has an intensity before its colours") {
   const ParticleFiles files;
   const auto scan = files.write("a.pts", "2\n0 0 0 -1200 255 0 7\n1 1 1 300 0 255 6\n");
-  const Particles cloud = read_particles(scan, all);
+  const Particles cloud = read_particles(scan, everything);
   CHECK(cloud.colors == std::vector<Vec3d>{srgb(255, 0, 7), srgb(0, 255, 6)});
   CHECK(names_of(cloud) == "c4");
   CHECK(cloud.numbers[0].values == std::vector<double>{-1200, 300});

@@ -2,60 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "cli/input/formats/format_table.h"
-#include "cli/input/particles/elements.h"
 #include "cli/output/picture/srgb.h"
-#include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
-#include "tests/support/sample_trajectories.h"
+#include "tests/support/three_particles.h"
 
 namespace parray {
 namespace {
 
+using test::binary_positions;
 using test::bytes_of;
-
+using test::everything;
+using test::names_of;
+using test::numbers_of;
 using test::packed;
-
 using test::ParticleFiles;
-
-std::vector<Vec3d> three() { return {{1, -2, 3.5}, {0, 0.25, -1e3}, {-0.125, 7, 0}}; }
-
-std::string ply_header(const std::string& format, const std::string& properties) {
-  return "ply\nformat " + format + " 1.0\ncomment made by hand\nelement vertex 3\n" + properties +
-         "end_header\n";
-}
-
-constexpr const char* xyz_properties = "property float x\nproperty double y\nproperty float z\n";
-
-std::string binary_positions(std::endian order) {
-  std::string bytes;
-  for (const Vec3d& p : three()) {
-    bytes += bytes_of(static_cast<float>(p.x), order) + bytes_of(p.y, order) +
-             bytes_of(static_cast<float>(p.z), order);
-  }
-  return bytes;
-}
-
-const ParticleRequest all{.all = true};
-
-/// The names of the number columns, with blanks between.
-std::string names_of(const Particles& particles) {
-  std::string names;
-  for (const NumberColumn& column : particles.numbers) {
-    names += (names.empty() ? "" : " ") + column.name;
-  }
-  return names;
-}
-
-std::vector<double> numbers(const Particles& particles, std::string_view name) {
-  const auto found = std::ranges::find(particles.numbers, name, &NumberColumn::name);
-  return found == particles.numbers.end() ? std::vector<double>{} : found->values;
-}
+using test::ply_header;
+using test::three_positions;
+using test::xyz_properties;
 
 }  // namespace
 
@@ -69,7 +37,7 @@ TEST_CASE("PLY is read as text and as binary data of both byte orders") {
       ply_header("binary_big_endian", xyz_properties) + binary_positions(std::endian::big);
   for (const std::string& file : {ascii, little, big, packed(ascii), packed(big)}) {
     const Particles particles = files.read("a.ply", file);
-    CHECK(particles.positions == three());
+    CHECK(particles.positions == three_positions());
     CHECK(particles.radii.empty());
     CHECK(particles.colors.empty());
     CHECK(particles.elements.empty());
@@ -172,12 +140,12 @@ TEST_CASE("PLY: numbers of vertices, as text and binary, and line ends of CR") {
   for (const std::string& bytes : {text, binary, returns}) {
     const auto file = files.write("a.ply", bytes);
     CHECK(read_particles(file).numbers.empty());
-    const Particles particles = read_particles(file, all);
+    const Particles particles = read_particles(file, everything);
     CHECK(particles.positions[1] == Vec3d{4, 5, 6});
     CHECK(names_of(particles) == "quality flag");
-    CHECK(numbers(particles, "quality")[0] == 0.5);
-    CHECK(std::isnan(numbers(particles, "quality")[1]));
-    CHECK(numbers(particles, "flag") == std::vector<double>{7, 8});
+    CHECK(numbers_of(particles, "quality")[0] == 0.5);
+    CHECK(std::isnan(numbers_of(particles, "quality")[1]));
+    CHECK(numbers_of(particles, "flag") == std::vector<double>{7, 8});
   }
 }
 

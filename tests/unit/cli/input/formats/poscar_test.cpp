@@ -6,17 +6,20 @@
 
 #include "cli/input/formats/format_table.h"
 #include "tests/support/memory.h"
+#include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
 
+using test::Elements;
+using test::Names;
+using test::numbers_of;
 using test::packed;
 using test::ParticleFiles;
-
-using Elements = std::vector<std::uint8_t>;
-using Names = std::vector<std::string>;
+using test::told;
 
 const std::string lattice = "2 0 0\n0 4 0\n1 0 8\n";
 
@@ -26,40 +29,21 @@ std::string poscar(const std::string& scale, const std::string& mode,
   return "salt\n" + scale + "\n" + lattice + "Na_pv Cl\n2 1\n" + mode + "\n" + rows;
 }
 
-Particles read(const std::string& text, const char* name = "POSCAR") {
+Particles read_poscar(const std::string& text, const char* name = "POSCAR") {
   const ParticleFiles files;
   return read_particles(files.write(name, text), {.all = true});
 }
 
-Particles frame(const std::string& text, std::uint64_t number) {
+Particles xdatcar_frame(const std::string& text, std::uint64_t number) {
   const ParticleFiles files;
   return read_particles(files.write("XDATCAR", text),
                         {.frame = FrameChoice{number, false}, .all = true});
 }
 
-std::string note(const Particles& particles, const std::string& key) {
-  for (const ParticleNote& note : particles.facts.notes) {
-    if (note.key == key) return std::to_string(note.count) + " " + note.text;
-  }
-  return "";
-}
-
-const NumberColumn* numbers(const Particles& particles, const std::string& name) {
-  for (const NumberColumn& column : particles.numbers) {
-    if (column.name == name) return &column;
-  }
-  return nullptr;
-}
-
-std::vector<double> values(const Particles& particles, const std::string& name) {
-  const NumberColumn* const column = numbers(particles, name);
-  return column == nullptr ? std::vector<double>{} : column->values;
-}
-
 }  // namespace
 
 TEST_CASE("POSCAR: fractions become positions in the cell; names of species give the elements") {
-  const Particles particles = read(poscar("2", "Direct"));
+  const Particles particles = read_poscar(poscar("2", "Direct"));
   CHECK(particles.positions == std::vector<Vec3d>{{0, 0, 0}, {3, 4, 8}, {3, 2, -8}});
   CHECK(particles.elements == Elements{11, 11, 17});
   CHECK(particles.types.names == Names{"Na_pv", "Cl"});
@@ -72,48 +56,48 @@ TEST_CASE("POSCAR: fractions become positions in the cell; names of species give
 }
 
 TEST_CASE("POSCAR: a scale is a factor, a volume with a minus sign, or three factors") {
-  CHECK(read(poscar("2 ! factor", "cartesian")).positions[2] == Vec3d{2, 0.5, -1});
-  const Particles three = read(poscar("1 2 3", "Kartesian"));
+  CHECK(read_poscar(poscar("2 ! factor", "cartesian")).positions[2] == Vec3d{2, 0.5, -1});
+  const Particles three = read_poscar(poscar("1 2 3", "Kartesian"));
   CHECK(three.positions[2] == Vec3d{1, 0.5, -1.5});
   CHECK(three.cell->edges[2] == Vec3d{1, 0, 24});
-  const Particles volume = read(poscar("-512", "C"));  // the lattice has the volume 64
+  const Particles volume = read_poscar(poscar("-512", "C"));  // the lattice has the volume 64
   CHECK(std::abs(volume.positions[2].x - 2) < 1e-12);
   CHECK(std::abs(volume.cell->edges[1].y - 8) < 1e-12);
 }
 
 TEST_CASE("POSCAR: selective dynamics and the species of a row do not change the positions") {
   const std::string rows = "0 0 0 T T F Na\n0.5 0.5 0.5 F F F\n1 0.25 -0.5 T T T\n";
-  const Particles particles = read(poscar("1", "Selective dynamics\ndirect", rows));
-  CHECK(particles.positions == read(poscar("1", "Direct")).positions);
+  const Particles particles = read_poscar(poscar("1", "Selective dynamics\ndirect", rows));
+  CHECK(particles.positions == read_poscar(poscar("1", "Direct")).positions);
   CHECK(particles.elements == Elements{11, 11, 17});
 }
 
 TEST_CASE("POSCAR of VASP 4: symbols of rows, or else of the title, give the elements") {
   const auto old = [](const std::string& title, const std::string& rows) {
-    return read(title + "\n1\n" + lattice + "1 1 ! counts\nDirect\n" + rows);
+    return read_poscar(title + "\n1\n" + lattice + "1 1 ! counts\nDirect\n" + rows);
   };
   const std::string plain = "0 0 0\n0.5 0.5 0.5\n";
   const Particles rows = old("Fe O", "0 0 0 Na\n0.5 0.5 0.5 Cl1\n");
   CHECK(rows.elements == Elements{11, 17});
-  CHECK(note(rows, "guessed_elements").empty());
+  CHECK(told(rows, "guessed_elements").empty());
   CHECK(old("Fe O", plain).elements == Elements{26, 8});
   CHECK(old("Fe2O3 bulk", plain).elements == Elements{26, 8});
-  CHECK(note(old("Fe2O3 bulk", plain), "guessed_elements") ==
+  CHECK(told(old("Fe2O3 bulk", plain), "guessed_elements") ==
         "2 elements taken from the file's title");
   for (const char* title : {"", "bulk", "Fe", "Fe O H", "In a box", "Qq O"}) {
     CAPTURE(title);
     const Particles unknown = old(title, plain);
     CHECK(unknown.elements.empty());
     CHECK(unknown.types.names == Names{"1", "2"});
-    CHECK(note(unknown, "unknown_elements") ==
+    CHECK(told(unknown, "unknown_elements") ==
           "2 atoms of unknown elements, because the file names none");
   }
 }
 
 TEST_CASE("POSCAR: names of species may have a potential, a fraction, a number or a hash") {
   const Particles particles =
-      read("t\n1\n" + lattice + "H.75 Fe2 O/6a2f546d Xx\n1 1 1 1\nDirect\n" +
-           "0 0 0\n0 0 0.25\n0 0 0.5\n0 0 0.75\n");
+      read_poscar("t\n1\n" + lattice + "H.75 Fe2 O/6a2f546d Xx\n1 1 1 1\nDirect\n" +
+                  "0 0 0\n0 0 0.25\n0 0 0.5\n0 0 0.75\n");
   CHECK(particles.elements == Elements{1, 26, 8, 0});
   CHECK(particles.types.names == Names{"H.75", "Fe2", "O", "Xx"});
 }
@@ -125,13 +109,14 @@ TEST_CASE("CONTCAR: velocities follow the positions, also after those of the lat
   for (const std::string& between :
        {std::string("\n"), std::string("Cartesian\n"), lattice_part + "\n"}) {
     CAPTURE(between);
-    const Particles particles = read(poscar("2", "Direct") + between + velocities + "\n1\n0.5\n");
-    CHECK(values(particles, "vx") == std::vector<double>{0.5, 0, -1});
-    CHECK(values(particles, "vz") == std::vector<double>{1.5, 0, -3});
+    const Particles particles =
+        read_poscar(poscar("2", "Direct") + between + velocities + "\n1\n0.5\n");
+    CHECK(numbers_of(particles, "vx") == std::vector<double>{0.5, 0, -1});
+    CHECK(numbers_of(particles, "vz") == std::vector<double>{1.5, 0, -3});
   }
-  const Particles fractions = read(poscar("2", "Direct") + "Direct\n" + velocities);
-  CHECK(values(fractions, "vx") == std::vector<double>{5, 0, -10});
-  CHECK(values(fractions, "vy") == std::vector<double>{8, 0, -16});
+  const Particles fractions = read_poscar(poscar("2", "Direct") + "Direct\n" + velocities);
+  CHECK(numbers_of(fractions, "vx") == std::vector<double>{5, 0, -10});
+  CHECK(numbers_of(fractions, "vy") == std::vector<double>{8, 0, -16});
   const ParticleFiles files;
   ParticleRequest one;
   one.numbers = {"vy"};
@@ -141,7 +126,7 @@ TEST_CASE("CONTCAR: velocities follow the positions, also after those of the lat
 }
 
 TEST_CASE("CHGCAR: the grid after the atoms is not read as velocities") {
-  const Particles particles = read(poscar("1", "Direct") + "\n 2 2 2\n1 2 3 4 5\n6 7 8\n");
+  const Particles particles = read_poscar(poscar("1", "Direct") + "\n 2 2 2\n1 2 3 4 5\n6 7 8\n");
   CHECK(particles.count() == 3);
   CHECK(particles.numbers.empty());
 }
@@ -151,21 +136,21 @@ TEST_CASE("XDATCAR: frames share the lattice, or each has its own; the number is
   const std::string wide = "salt\n2\n" + lattice + "Na Cl\n1 1\n";
   const std::string one = "Direct configuration=     1\n0 0 0\n0.5 0.5 0.5\n";
   const std::string two = "Direct configuration=     2\n0 0 0\n0 0.5 0\n";
-  const Particles same = frame(head + one + two, 1);
+  const Particles same = xdatcar_frame(head + one + two, 1);
   CHECK(same.positions == std::vector<Vec3d>{{0, 0, 0}, {0, 2, 0}});
   CHECK(same.facts.frames == 2U);
   CHECK(same.facts.time == 2);
-  const Particles own = frame(head + one + wide + two + "\n", 1);
+  const Particles own = xdatcar_frame(head + one + wide + two + "\n", 1);
   CHECK(own.positions == std::vector<Vec3d>{{0, 0, 0}, {0, 4, 0}});
   CHECK(own.cell->edges[1] == Vec3d{0, 8, 0});
   CHECK(own.facts.frames == 2U);
-  CHECK(frame(head + one + wide + two, 0).cell->edges[1] == Vec3d{0, 4, 0});
-  const Particles blank = frame(head + "\n0 0 0\n0.5 0.5 0.5\n\n0 0 0\n0 0.5 0\n\n", 1);
+  CHECK(xdatcar_frame(head + one + wide + two, 0).cell->edges[1] == Vec3d{0, 4, 0});
+  const Particles blank = xdatcar_frame(head + "\n0 0 0\n0.5 0.5 0.5\n\n0 0 0\n0 0.5 0\n\n", 1);
   CHECK(blank.positions == same.positions);
   CHECK(blank.facts.frames == 2U);
-  const Particles cut = frame(head + one + two.substr(0, 34), 0);
+  const Particles cut = xdatcar_frame(head + one + two.substr(0, 34), 0);
   CHECK(cut.facts.frames == 1U);
-  CHECK(note(cut, "unreadable_frames").find("ends within a frame") != std::string::npos);
+  CHECK(told(cut, "unreadable_frames").find("ends within a frame") != std::string::npos);
 }
 
 TEST_CASE("POSCAR: the content or the beginning of the name gives the format") {
@@ -179,14 +164,14 @@ TEST_CASE("POSCAR: the content or the beginning of the name gives the format") {
   CHECK(format_by_name("poscars") == nullptr);
   CHECK(format_by_name("my_POSCAR") == nullptr);
   for (const char* name : {"noname", "a.xyz", "a.pdb", "a.gro", "a.csv"}) {
-    CHECK(read(poscar("1", "Direct"), name).facts.format == "POSCAR");
+    CHECK(read_poscar(poscar("1", "Direct"), name).facts.format == "POSCAR");
   }
-  CHECK(read(packed(poscar("1", "Direct"), "xz"), "a").facts.format == "POSCAR");
+  CHECK(read_poscar(packed(poscar("1", "Direct"), "xz"), "a").facts.format == "POSCAR");
   const std::string wide =
       "salt\n    1\n    5.430000    0.000000    0.000000\n"
       "    0.000000    5.430000    0.000000\n"
       "    0.000000    0.000000    5.430000\nNa\n1\n\n0 0 0\n";
-  CHECK(read(wide, "a").facts.format == "POSCAR");  // columns like those of GRO
+  CHECK(read_poscar(wide, "a").facts.format == "POSCAR");  // columns like those of GRO
 }
 
 TEST_CASE("POSCAR: invalid lines are refused with their place and a remedy") {

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -46,11 +45,11 @@ std::string binary_ply(const std::string& count, const std::string& more = "") {
 
 std::string floats(float x, float y, float z) { return bytes_of(x) + bytes_of(y) + bytes_of(z); }
 
-std::string dump(const std::string& count, const std::string& rest) {
+std::string dump_of(const std::string& count, const std::string& rest) {
   return "ITEM: NUMBER OF ATOMS\n" + count + "\nITEM: ATOMS x y z\n" + rest;
 }
 
-std::string cif(const std::string& values) {
+std::string cif_rows(const std::string& values) {
   return "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n" + values;
 }
 
@@ -100,16 +99,16 @@ TEST_CASE(
       {"nothing", "a.csv", "x,y,z\n1,,3\n", "a.csv:2: y" + not_finite("")},
       {"hexadecimal", "a.csv", "x,y,z\n1,0x10,3\n", "a.csv:2: y" + not_finite("0x10")},
       {"two signs", "a.csv", "x,y,z\n1,+-1,3\n", "a.csv:2: y" + not_finite("+-1")},
-      {"NaN in a dump", "a.dump", dump("1", "0 NaN 0\n"), "a.dump:4: y" + not_finite("NaN")},
+      {"NaN in a dump", "a.dump", dump_of("1", "0 NaN 0\n"), "a.dump:4: y" + not_finite("NaN")},
       {"a terminal's escape", "a.xyz", "1\n\nC \x1b[2J 0 0\n",
        "a.xyz:3: x" + not_finite("\\x1b[2J")},
       {"NaN in PLY", "a.ply", ascii_ply("1") + "0 0 nan\n", "a.ply:8: value" + not_finite("nan")},
       {"NaN in PDB", "a.pdb", pdb("     nan"), "a.pdb:1: x" + not_finite("nan")},
       {"blank in PDB", "a.pdb", "REMARK\n" + pdb("        "), "a.pdb:2: x" + not_finite("")},
-      {"NaN in mmCIF", "a.cif", cif("1 2\nnan\n"), "a.cif:7: cartn_z" + not_finite("nan")},
-      {"a quoted word in mmCIF", "a.cif", cif("1 2 'a b'\n"),
+      {"NaN in mmCIF", "a.cif", cif_rows("1 2\nnan\n"), "a.cif:7: cartn_z" + not_finite("nan")},
+      {"a quoted word in mmCIF", "a.cif", cif_rows("1 2 'a b'\n"),
        "a.cif:6: cartn_z" + not_finite("'a b'")},
-      {"too far in mmCIF", "a.cif", cif("1 2 1e16\n"),
+      {"too far in mmCIF", "a.cif", cif_rows("1 2 1e16\n"),
        std::string("a.cif:6: coordinate 1e+16") + position_range + scale_lengths},
       {"too far", "a.xyz", "1\n\nC 0 0 -1e16\n",
        std::string("a.xyz:3: coordinate -1e+16") + position_range + scale_lengths},
@@ -326,7 +325,7 @@ TEST_CASE("LAMMPS: invalid dumps are refused") {
        "atoms"},
       {"no count", "a.dump", "ITEM: ATOMS x y z\n",
        "a.dump:1: the frame has no ITEM: NUMBER OF ATOMS before its atoms: add it"},
-      {"an absurd count", "a.dump", dump("4000000000", ""),
+      {"an absurd count", "a.dump", dump_of("4000000000", ""),
        "a.dump:2: 4000000000 particles are too many: use at most 100000000"},
       {"no atoms", "a.dump", "ITEM: NUMBER OF ATOMS\n1\n",
        "a.dump:2: the frame has no ITEM: ATOMS: check that the file is complete"},
@@ -338,14 +337,14 @@ TEST_CASE("LAMMPS: invalid dumps are refused") {
        "a.dump:3: scaled positions need the box's bounds along x, y and z: dump x y z"},
       {"a box without tilts", "a.dump", "ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 1\n",
        "a.dump:2: 2 numbers, but a line of the box needs 3: write low, high and tilt"},
-      {"too few atoms", "a.dump", dump("2", "0 0 0\n"),
+      {"too few atoms", "a.dump", dump_of("2", "0 0 0\n"),
        "a.dump:4: the file ends after 1 of 2 atoms: check that the file is complete"},
-      {"too many atoms", "a.dump", dump("1", "0 0 0\n0 0 0\n"),
+      {"too many atoms", "a.dump", dump_of("1", "0 0 0\n0 0 0\n"),
        "a.dump:5: text follows the last atom: correct the number of atoms in the header, or "
        "remove the text"},
-      {"too few columns", "a.dump", dump("1", "0 0\n"),
+      {"too few columns", "a.dump", dump_of("1", "0 0\n"),
        "a.dump:4: 2 columns, but ITEM: ATOMS names 3: use the same number"},
-      {"too many columns", "a.dump", dump("1", "0 0 0 0\n"),
+      {"too many columns", "a.dump", dump_of("1", "0 0 0 0\n"),
        "a.dump:4: 4 columns, but ITEM: ATOMS names 3: use the same number"},
   });
 }
@@ -375,10 +374,10 @@ TEST_CASE("PDB and mmCIF: invalid files are refused") {
        "fractional coordinates"},
       {"no z", "a.cif", "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n1 2\n",
        "a.cif:5: the table has a column cartn_x, but no cartn_z: add it"},
-      {"a short row", "a.cif", cif("1 2 3\n4 5\n"),
+      {"a short row", "a.cif", cif_rows("1 2 3\n4 5\n"),
        "a.cif:7: the last row of the atom table has 2 of 3 values: check that the file is "
        "complete"},
-      {"an empty loop", "a.cif", cif(""),
+      {"an empty loop", "a.cif", cif_rows(""),
        "a.cif:5: the file has no particles: check that this is the right file"},
       {"an endless text", "a.cif", "data_a\n_a.b\n;" + std::string(5'000'000, 'a'),
        "a.cif:2: the file is not valid CIF (a text has more than 4194304 bytes): check that this "
@@ -417,7 +416,7 @@ TEST_CASE("a count that exceeds the file's size allocates no memory") {
            {"c.ply.gz", packed(binary_ply("100000000") + floats(0, 0, 0))},
            {"a.xyz", "100000000\n\nC 0 0 0\n"},
            {"b.xyz.gz", packed("100000000\n\nC 0 0 0\n")},
-           {"a.dump", dump("100000000", "0 0 0\n")}}) {
+           {"a.dump", dump_of("100000000", "0 0 0\n")}}) {
     CHECK(files.message(name, text) != "no error");
   }
   CHECK(test::peak_address_space() - before < 64'000'000);

@@ -4,22 +4,16 @@
 #include <vector>
 
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
+#include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
 
 using test::Elements;
-
 using test::ParticleFiles;
-
-Particles read_all(const ParticleFiles& files, const std::string& name, const std::string& text,
-                   std::uint64_t frame = 0) {
-  ParticleRequest request;
-  request.all = true;
-  request.frame = {frame, false};
-  return read_particles(files.write(name, text), request);
-}
+using test::read_all;
 
 }  // namespace
 

@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "tests/support/message_of.h"
+#include "tests/support/molecule_files.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
 
-using Words = std::vector<std::string_view>;
-using Names = std::vector<std::string>;
+using test::Names;
 
+using Words = std::vector<std::string_view>;
 std::string unit_for(const std::string& header) {
   return unit_of_positions(table_names(words_of_header(header)), {});
 }

@@ -14,7 +14,7 @@ using test::Elements;
 using test::ParticleFiles;
 using test::Xs;
 
-const std::string rows =
+const std::string tinker_rows =
     "     1  N     1.0  0.0  0.0   7   2\n     2  CT    2.0  0.0  0.0   8   1   3\n"
     "     3  Na+   3.0  0.0  0.0  49   2\n";
 
@@ -25,7 +25,7 @@ TEST_CASE("Tinker: files with and without a box and a title are read under every
   const std::string box = "   18.643   19.0   20.0   90.0   90.0   90.0\n";
   for (const std::string title : {"", "  a title 7"}) {
     for (const char* name : {"a.xyz", "a.txyz", "a"}) {
-      const Particles boxed = files.read(name, "     3" + title + "\n" + box + rows);
+      const Particles boxed = files.read(name, "     3" + title + "\n" + box + tinker_rows);
       CHECK(boxed.facts.format == "Tinker");
       CHECK(test::xs_of(boxed) == Xs{1, 2, 3});
       CHECK(boxed.elements == Elements{7, 6, 11});
@@ -34,7 +34,7 @@ TEST_CASE("Tinker: files with and without a box and a title are read under every
       CHECK(boxed.cell->edges[0].x == 18.643);
       CHECK(boxed.cell->edges[2].z == 20);
       CHECK(boxed.bonds == std::vector<StatedBond>{{0, 1}, {1, 2}});
-      const Particles bare = files.read(name, "     3" + title + "\n" + rows);
+      const Particles bare = files.read(name, "     3" + title + "\n" + tinker_rows);
       CHECK(test::xs_of(bare) == Xs{1, 2, 3});
       CHECK_FALSE(bare.cell.has_value());
     }
@@ -44,8 +44,8 @@ TEST_CASE("Tinker: files with and without a box and a title are read under every
 TEST_CASE("Tinker: the structures of an archive are frames") {
   const ParticleFiles files;
   const std::string box = " 9.0 9.0 9.0 90.0 90.0 90.0\n";
-  const std::string archive = "3 first\n" + rows + "1 second\n" + box + "1 C 9.0 0.0 0.0 1\n" +
-                              "1 third\n" + box + "1 O 8.0 0.0 0.0 1\n";
+  const std::string archive = "3 first\n" + tinker_rows + "1 second\n" + box +
+                              "1 C 9.0 0.0 0.0 1\n" + "1 third\n" + box + "1 O 8.0 0.0 0.0 1\n";
   const auto frame = [&](std::uint64_t number) {
     ParticleRequest request;
     request.frame = {number, false};
@@ -59,7 +59,7 @@ TEST_CASE("Tinker: the structures of an archive are frames") {
 
 TEST_CASE("Tinker: incomplete files are refused with their line") {
   const ParticleFiles files;
-  CHECK(files.message("a.xyz", "4 a\n" + rows) ==
+  CHECK(files.message("a.xyz", "4 a\n" + tinker_rows) ==
         "a.xyz:4: the file ends after 3 of 4 atoms: check that the file is complete");
   CHECK(files.message("a.xyz", "3 a\n1 C 0.0 0.0 0.0 1\n2 C 0.0 0.0 0.0 1\n3 C\n") ==
         "a.xyz:4: the line needs number, name, x, y, z and type of an atom: check the number of "

@@ -1,69 +1,39 @@
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <string>
 
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_trajectories.h"
+#include "tests/support/trajectory_checks.h"
 
 namespace parray {
 namespace {
 
+using test::check_cuts;
+using test::everything;
 using test::Frame;
-
+using test::has_edges;
+using test::has_note;
+using test::last_frame;
+using test::near_stored;
 using test::ParticleFiles;
-
-const ParticleRequest all{.all = true};
-
-const ParticleRequest last{.frame = FrameChoice{0, true}};
-
-bool near(const Vec3d& a, const Vec3d& b, double tolerance = 1e-5) {
-  return length(a - b) <= tolerance * (1 + length(b));
-}
-
-bool same(const std::vector<Vec3d>& a, const Frame& b, double tolerance = 1e-5) {
-  return std::ranges::equal(a, b, [&](auto& p, auto& q) { return near(p, q, tolerance); });
-}
-
-bool has_edges(const Particles& particles, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  if (!particles.cell) return false;
-  const auto& edges = particles.cell->edges;
-  return near(edges[0], a) && near(edges[1], b) && near(edges[2], c);
-}
-
-bool has_note(const Particles& particles, std::string_view key) {
-  return std::ranges::any_of(particles.facts.notes, [&](auto& note) { return note.key == key; });
-}
-
-/// Every file that is cut somewhere is refused in one line, or has fewer frames.
-void check_cuts(const char* name, const std::string& bytes, std::size_t whole_frames) {
-  const ParticleFiles files;
-  for (std::size_t length = 1; length < bytes.size(); length += length < 400 ? 1 : 13) {
-    const auto file = files.write(name, bytes.substr(0, length));
-    try {
-      const Particles particles = read_particles(file, all);
-      CHECK(particles.facts.frames.value_or(0) < whole_frames);
-    } catch (const InputError& error) {
-      CHECK(std::string_view(error.what()).find('\n') == std::string_view::npos);
-    }
-  }
-}
+using test::same_positions;
 
 }  // namespace
 
 TEST_CASE("XTC: packed positions in nm become angstrom, with time and cell") {
   const ParticleFiles files;
   const auto file = files.write("a.xtc", test::packed_xtc() + test::packed_xtc());
-  const Particles particles = read_particles(file, all);
+  const Particles particles = read_particles(file, everything);
   Frame water;
   for (int i = 0; i < 5; ++i) {
     const Vec3d oxygen{3.1 * i, 5, 7 - 0.5 * i};
     water.insert(water.end(),
                  {oxygen, oxygen + Vec3d{0.96, 0.1, 0}, oxygen + Vec3d{-0.24, 0.93, 0}});
   }
-  CHECK(same(particles.positions, water));
+  CHECK(same_positions(particles.positions, water));
   CHECK(particles.facts.time == 1.5);
   CHECK(particles.facts.frames == 2U);
   CHECK(has_edges(particles, {20, 0, 0}, {5, 30, 0}, {0, 0, 40}));
@@ -78,7 +48,8 @@ TEST_CASE("XTC: coordinates too large for one number are packed separately") {
   REQUIRE(particles.count() == 11);
   for (std::size_t i = 0; i < 11; ++i) {
     const auto x = static_cast<double>(i);
-    CHECK(near(particles.positions[i], 10.0 * Vec3d{-20000 + 3800 * x, 5 * x, 0.25 * x * x}, 1e-6));
+    CHECK(near_stored(particles.positions[i], 10.0 * Vec3d{-20000 + 3800 * x, 5 * x, 0.25 * x * x},
+                      1e-6));
   }
   CHECK_FALSE(particles.cell);
 }
@@ -87,8 +58,9 @@ TEST_CASE("XTC: few atoms are not packed, and an unfinished frame is not the las
   const ParticleFiles files;
   const std::string two =
       test::plain_xtc_frame({{0.1, 0.2, 0.3}}, 0) + test::plain_xtc_frame({{0.4, 0.5, 0.6}}, 2);
-  const Particles particles = read_particles(files.write("a.xtc", two + two.substr(0, 30)), last);
-  CHECK(same(particles.positions, {{4, 5, 6}}));
+  const Particles particles =
+      read_particles(files.write("a.xtc", two + two.substr(0, 30)), last_frame);
+  CHECK(same_positions(particles.positions, {{4, 5, 6}}));
   CHECK(particles.facts.time == 2);
   CHECK(particles.facts.frames == 2U);
   CHECK(has_note(particles, "unreadable_frames"));
@@ -113,8 +85,8 @@ TEST_CASE("TRR: single and double precision, skipped velocities, frames without 
   const ParticleFiles files;
   const Frame nm{{0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}};
   const std::string bytes = test::trr_frame<float>({}, 0.5F) + test::trr_frame<double>(nm, 1.25);
-  const Particles particles = read_particles(files.write("a.trr", bytes), all);
-  CHECK(same(particles.positions, {{1, 2, 3}, {4, 5, 6}}));
+  const Particles particles = read_particles(files.write("a.trr", bytes), everything);
+  CHECK(same_positions(particles.positions, {{1, 2, 3}, {4, 5, 6}}));
   CHECK(particles.facts.time == 1.25);
   CHECK(particles.facts.frame == 1);
   CHECK(particles.facts.frames == 2U);

@@ -1,59 +1,28 @@
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "cli/input/formats/format_table.h"
-#include "cli/input/particles/elements.h"
 #include "cli/output/picture/srgb.h"
 #include "tests/support/molecule_files.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
-#include "tests/support/sample_trajectories.h"
+#include "tests/support/three_particles.h"
 
 namespace parray {
 namespace {
 
+using test::Elements;
+using test::everything;
+using test::has_note;
+using test::Names;
+using test::names_of;
+using test::numbers_of;
 using test::packed;
-
 using test::ParticleFiles;
-
-std::vector<Vec3d> three() { return {{1, -2, 3.5}, {0, 0.25, -1e3}, {-0.125, 7, 0}}; }
-
-std::vector<std::string> types_of(const Particles& particles) {
-  std::vector<std::string> types;
-  for (const std::uint32_t type : particles.types.index) {
-    types.push_back(particles.types.names.at(type));
-  }
-  return types;
-}
-
-using Names = std::vector<std::string>;
-
-using Elements = std::vector<std::uint8_t>;
-
-const ParticleRequest all{.all = true};
-
-/// The names of the number columns, with blanks between.
-std::string names_of(const Particles& particles) {
-  std::string names;
-  for (const NumberColumn& column : particles.numbers) {
-    names += (names.empty() ? "" : " ") + column.name;
-  }
-  return names;
-}
-
-std::vector<double> numbers(const Particles& particles, std::string_view name) {
-  const auto found = std::ranges::find(particles.numbers, name, &NumberColumn::name);
-  return found == particles.numbers.end() ? std::vector<double>{} : found->values;
-}
-
-bool has_note(const Particles& particles, std::string_view key) {
-  return std::ranges::any_of(particles.facts.notes, [&](auto& note) { return note.key == key; });
-}
+using test::three_positions;
+using test::types_of;
 
 }  // namespace
 
@@ -64,7 +33,9 @@ TEST_CASE("XYZ is read: symbols, atomic numbers, other names, further columns, f
       "1\nsecond frame\nC 9 9 9\n";
   for (const std::string& file : {text, packed(text)}) {
     const Particles particles = files.read("a.xyz", file);
-    CHECK(particles.positions == std::vector<Vec3d>{three()[0], three()[1], three()[2], {0, 0, 0}});
+    CHECK(particles.positions ==
+          std::vector<Vec3d>{
+              three_positions()[0], three_positions()[1], three_positions()[2], {0, 0, 0}});
     CHECK(particles.elements == Elements{6, 8, 0, 1});
     CHECK(types_of(particles) == Names{"C", "8", "OW", "d"});
   }
@@ -83,7 +54,7 @@ TEST_CASE("extended XYZ is read by its Properties") {
       "2\nLattice=\"5 0 0 0 5 0 0 0 5\" Properties=id:I:1:pos:R:3:species:S:1:force:R:3:radius:R:1:"
       "color:R:3:fixed:L:1 pbc=\"T T F\"\n1 1 -2 3.5 Si 0 0 0 0.5 1 0.25 0 T\n"
       "2 0 0.25 -1e3 Zz 0 0 0 0.75 0 0 1 F\n");
-  CHECK(particles.positions == std::vector<Vec3d>{three()[0], three()[1]});
+  CHECK(particles.positions == std::vector<Vec3d>{three_positions()[0], three_positions()[1]});
   CHECK(particles.elements == Elements{14, 0});
   CHECK(types_of(particles) == Names{"Si", "Zz"});
   CHECK(particles.radii == std::vector<double>{0.5, 0.75});
@@ -116,14 +87,14 @@ TEST_CASE("extended XYZ: the cell, the time, and numbers of every property") {
       "a.xyz",
       "1\nLattice=\"4 0 0 1 5 0 0 0 6\" Origin=\"-1 -2 -3\" pbc=\"T T F\" Time=2.5 "
       "Properties=species:S:1:pos:R:3:forces:R:3:q:R:1:tag:I:2:mol:S:1\nC 1 2 3 3 4 0 -1 7 8 A\n");
-  const Particles particles = read_particles(file, all);
+  const Particles particles = read_particles(file, everything);
   REQUIRE(particles.cell);
   CHECK(particles.cell->origin == Vec3d{-1, -2, -3});
   CHECK(particles.cell->edges[1] == Vec3d{1, 5, 0});
   CHECK(particles.facts.time == 2.5);
   CHECK(names_of(particles) == "forces forces_x forces_y forces_z q tag_0 tag_1");
-  CHECK(numbers(particles, "forces") == std::vector<double>{5});
-  CHECK(numbers(particles, "forces_y") == std::vector<double>{4});
+  CHECK(numbers_of(particles, "forces") == std::vector<double>{5});
+  CHECK(numbers_of(particles, "forces_y") == std::vector<double>{4});
   CHECK(names_of(read_particles(file, {.numbers = {"q"}})) == "q");
   const Particles flat = files.read("b.xyz", "1\nLattice=\"1 0 0 1 0 0 0 0 1\"\nC 0 0 0\n");
   CHECK_FALSE(flat.cell);

@@ -19,7 +19,8 @@ namespace parray {
 namespace {
 
 /// The automatic scene of a file with this text.
-AutoScene scene_of(const std::string& name, const std::string& text, ParticleSource source = {}) {
+AutoScene scene_of_text(const std::string& name, const std::string& text,
+                        ParticleSource source = {}) {
   const test::TemporaryDirectory directory;
   write_text_file(directory.path() / name, text);
   return auto_scene(directory.path() / name, std::move(source), auto_scene_settings());
@@ -51,7 +52,7 @@ const std::vector<std::string> lipid{"NC3", "PO4", "GL1", "GL2", "C1A", "C2A",
 }  // namespace
 
 TEST_CASE("beads of a coarse model are coloured by name and touch, and one note says so") {
-  const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47));
+  const AutoScene scene = scene_of_text("lipid.gro", gro(lipid, "DPPC", 0.47));
   CHECK(scene.source.look.coloring.by == "atom");
   CHECK(scene.source.look.radius.rule == ParticleRadius::Rule::fixed);
   CHECK(scene.source.look.radius.value == doctest::Approx(4.7 / 2));
@@ -69,7 +70,7 @@ TEST_CASE("atoms of molecules, and atoms that are far apart, are no beads") {
   const std::string atoms = gro({"N", "CA", "C", "O", "CB"}, "ALA", 0.15);
   const std::string argon = gro({"AR", "AR", "AR", "AR"}, "AR", 0.38);
   for (const std::string& text : {atoms, argon}) {
-    const AutoScene scene = scene_of("a.gro", text);
+    const AutoScene scene = scene_of_text("a.gro", text);
     CHECK(scene.source.look.coloring.by.empty());
     CHECK(scene.source.look.radius.rule == ParticleRadius::Rule::by_element);
   }
@@ -79,12 +80,12 @@ TEST_CASE("a selection of atoms does not make beads of them") {
   const std::string atoms = gro({"N", "CA", "C", "N", "CA", "C", "N", "CA", "C"}, "ALA", 0.15);
   ParticleSource source;
   source.filter.select = "name CA";
-  const AutoScene scene = scene_of("a.gro", atoms, source);
+  const AutoScene scene = scene_of_text("a.gro", atoms, source);
   CHECK(scene.source.look.radius.rule == ParticleRadius::Rule::by_element);
 }
 
 TEST_CASE("names of XYZ that are no elements are beads, too") {
-  const AutoScene scene = scene_of("ab.xyz", "4\n\nA 0 0 0\nA 1 0 0\nA 2 0 0\nB 3 0 0\n");
+  const AutoScene scene = scene_of_text("ab.xyz", "4\n\nA 0 0 0\nA 1 0 0\nA 2 0 0\nB 3 0 0\n");
   CHECK(scene.source.look.coloring.by == "type");
   CHECK(scene.source.look.radius.value == doctest::Approx(0.5));
 }
@@ -93,7 +94,7 @@ TEST_CASE("rules that the user gives win over those of beads") {
   ParticleSource source;
   source.look.material = {ParticleMaterial::Rule::by_element, ""};
   source.look.radius = {ParticleRadius::Rule::fixed, 1};
-  const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47), source);
+  const AutoScene scene = scene_of_text("lipid.gro", gro(lipid, "DPPC", 0.47), source);
   CHECK(scene.source.look.coloring.by.empty());
   CHECK(scene.source.look.radius.value == 1);
 }
@@ -106,7 +107,7 @@ TEST_CASE("each representation of beads gets the open rules that fit its style")
   plain.radius = {Rule::fixed, 1};
   ParticleLook sticks{.style = ParticleStyle::sticks};
   source.shows = {{"all", {}}, {"index 0", balls}, {"index 1", plain}, {"index 2", sticks}};
-  const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47), source);
+  const AutoScene scene = scene_of_text("lipid.gro", gro(lipid, "DPPC", 0.47), source);
   const std::vector<Representation>& shows = scene.source.shows;
   CHECK(shows[0].look.radius.value == doctest::Approx(4.7 / 2));
   CHECK(shows[1].look.radius.value == doctest::Approx(4.7 / 4));
@@ -121,7 +122,7 @@ TEST_CASE("each representation of beads gets the open rules that fit its style")
 TEST_CASE("the note of beads names no radius that sticks replace") {
   ParticleSource source;
   source.look.style = ParticleStyle::sticks;
-  const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47), source);
+  const AutoScene scene = scene_of_text("lipid.gro", gro(lipid, "DPPC", 0.47), source);
   CHECK(note_of_beads(scene).ends_with("whose names are no elements: coloured by name"));
 }
 

@@ -12,21 +12,18 @@
 #include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_atoms.h"
 
 namespace parray {
 namespace {
+
+using test::atoms_at;
+using test::cubic_cell;
 
 using Pairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
 Particles shipped(const std::string& name) {
   return read_particles(std::string(PARRAY_SOURCE_DIR) + "/scenes/particles/" + name);
-}
-
-Particles atoms_at(std::vector<Vec3d> positions, std::vector<std::uint8_t> elements) {
-  Particles particles;
-  particles.positions = std::move(positions);
-  particles.elements = std::move(elements);
-  return particles;
 }
 
 std::size_t count_of(const Particles& particles, BondSource source = BondSource::automatic) {
@@ -40,8 +37,6 @@ Pairs pairs_of(const Particles& particles) {
   }
   return pairs;
 }
-
-ParticleCell box(double edge) { return *cell_from({edge, edge, edge}, {90, 90, 90}); }
 
 /// Sets names of atoms and residues, one residue per atom.
 void name_atoms(Particles& particles, const std::vector<std::string>& residues,
@@ -69,7 +64,7 @@ Particles water_box() {
       water.residue_names.index.push_back(0);
     }
   }
-  water.cell = box(9.3);
+  water.cell = cubic_cell(9.3);
   wrap(water);
   return water;
 }
@@ -144,7 +139,7 @@ TEST_CASE("rock salt has no bonds") {
     salt.positions.push_back({2.82 * (n % 2), 2.82 * (n / 2 % 2), 2.82 * (n / 4)});
     salt.elements.push_back((n % 2 + n / 2 % 2 + n / 4) % 2 == 0 ? 11 : 17);
   }
-  salt.cell = box(5.64);
+  salt.cell = cubic_cell(5.64);
   CHECK(count_of(salt) == 0);
   CHECK(add_boundary_copies(salt, {1e-3, 1e-3, 1e-3}) > 0);
   CHECK(count_of(salt) == 0);
@@ -162,7 +157,7 @@ TEST_CASE("a chain across a face has a bond whose vector leads to the nearest im
     chain.positions.push_back({0.5 + 1.25 * n, 5, 5});
     chain.elements.push_back(6);
   }
-  chain.cell = box(10);
+  chain.cell = cubic_cell(10);
   const std::vector<DrawnBond> bonds = drawn_bonds(chain, BondSource::automatic);
   CHECK(bonds.size() == 8);
   CHECK(std::ranges::count_if(bonds, [](const DrawnBond& bond) {

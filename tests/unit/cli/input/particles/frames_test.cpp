@@ -6,22 +6,23 @@
 #include <utility>
 
 #include "cli/input/particles/packed_file.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
 
+using test::everything;
+using test::last_frame;
 using test::message_of;
 using test::packed;
 using test::ParticleFiles;
 
-const std::string xyz = "1\nfirst\nC 1 0 0\n2\nsecond\nC 2 0 0\nO 3 0 0\n\n1\nthird\nH 4 0 0\n";
+const std::string three_frames =
+    "1\nfirst\nC 1 0 0\n2\nsecond\nC 2 0 0\nO 3 0 0\n\n1\nthird\nH 4 0 0\n";
 
 ParticleRequest at(std::uint64_t frame) { return {.frame = FrameChoice{frame, false}}; }
-
-const ParticleRequest last{.frame = FrameChoice{0, true}};
-const ParticleRequest everything{.all = true};
 
 std::string dump_frame(int step, const std::string& x) {
   return "ITEM: TIMESTEP\n" + std::to_string(step) +
@@ -40,12 +41,12 @@ std::string pdb_model(int number, const std::string& x) {
 
 TEST_CASE("each frame of a trajectory is read by its number, from 0") {
   const ParticleFiles files;
-  const auto xyz_file = files.write("a.xyz", xyz);
+  const auto xyz_file = files.write("a.xyz", three_frames);
   CHECK(read_particles(xyz_file).positions[0].x == 1);
   CHECK(read_particles(xyz_file, at(1)).count() == 2);
   CHECK(read_particles(xyz_file, at(1)).positions[1].x == 3);
   CHECK(read_particles(xyz_file, at(2)).positions[0].x == 4);
-  CHECK(read_particles(files.write("b.xyz.gz", packed(xyz)), at(2)).positions[0].x == 4);
+  CHECK(read_particles(files.write("b.xyz.gz", packed(three_frames)), at(2)).positions[0].x == 4);
   const auto dump = files.write("a.dump", dump_frame(0, "5") + dump_frame(100, "6"));
   CHECK(read_particles(dump, at(0)).positions[0].x == 5);
   CHECK(read_particles(dump, at(1)).positions[0].x == 6);
@@ -57,7 +58,8 @@ TEST_CASE("each frame of a trajectory is read by its number, from 0") {
 
 TEST_CASE("a cursor reads ascending frames without returning to the front of the file") {
   const ParticleFiles files;
-  for (const auto& [name, bytes] : {std::pair{"a.xyz", xyz}, {"b.xyz.gz", packed(xyz)}}) {
+  for (const auto& [name, bytes] :
+       {std::pair{"a.xyz", three_frames}, {"b.xyz.gz", packed(three_frames)}}) {
     PackedFile file(files.write(name, bytes));
     FrameCursor cursor;
     const auto read = [&](std::uint64_t frame) {
@@ -88,7 +90,8 @@ TEST_CASE("a missing frame is refused with the number of frames") {
   const auto says = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   };
-  CHECK(says(message("a.xyz", xyz, 3), "after 3 frames: it has no frame 3 (the first frame is 0)"));
+  CHECK(says(message("a.xyz", three_frames, 3),
+             "after 3 frames: it has no frame 3 (the first frame is 0)"));
   CHECK(says(message("a.dump", dump_frame(0, "5"), 1), "after 1 frame: it has no frame 1"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 4), "after 1 frame"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 1), "has no frame 1"));
@@ -99,8 +102,9 @@ TEST_CASE("a missing frame is refused with the number of frames") {
 
 TEST_CASE("the last frame is found without its number, and frames are counted on request") {
   const ParticleFiles files;
-  for (const auto& file : {files.write("a.xyz", xyz), files.write("a.xyz.gz", packed(xyz))}) {
-    const Particles particles = read_particles(file, last);
+  for (const auto& file :
+       {files.write("a.xyz", three_frames), files.write("a.xyz.gz", packed(three_frames))}) {
+    const Particles particles = read_particles(file, last_frame);
     CHECK(particles.positions.at(0).x == 4);
     CHECK(particles.facts.frame == 2);
     CHECK(particles.facts.frames == 3U);
@@ -109,13 +113,13 @@ TEST_CASE("the last frame is found without its number, and frames are counted on
     CHECK(read_particles(file, {.frame = FrameChoice{1, false}, .all = true}).facts.frames == 3U);
   }
   const auto table = files.write("a.csv", "x,y,z,radius\n1,2,3,1\n");
-  CHECK(read_particles(table, last).count() == 1);
+  CHECK(read_particles(table, last_frame).count() == 1);
 }
 
 TEST_CASE("half a frame at the end ends the count with a note") {
   const ParticleFiles files;
   const Particles particles =
-      read_particles(files.write("a.xyz", xyz + "7\n\nC 0 0 0\n"), everything);
+      read_particles(files.write("a.xyz", three_frames + "7\n\nC 0 0 0\n"), everything);
   CHECK(particles.facts.frames == 3U);
   REQUIRE(particles.facts.notes.size() == 1);
   CHECK(particles.facts.notes[0].key == "unreadable_frames");
@@ -123,7 +127,7 @@ TEST_CASE("half a frame at the end ends the count with a note") {
 
 TEST_CASE("empty frames are skipped with a note, unless the request names one") {
   const ParticleFiles files;
-  const auto file = files.write("a.xyz", "0\n\n0\n\n" + xyz + "0\nend\n");
+  const auto file = files.write("a.xyz", "0\n\n0\n\n" + three_frames + "0\nend\n");
   const Particles particles = read_particles(file);
   CHECK(particles.positions.at(0).x == 1);
   CHECK(particles.facts.frame == 2);
@@ -135,8 +139,9 @@ TEST_CASE("empty frames are skipped with a note, unless the request names one") 
   };
   CHECK(message(at(0)).ends_with(
       "frame 0 has no particles: the next frame with particles is frame 2"));
-  CHECK(message(last).ends_with(
-      "frame 5 has no particles, and neither has any later frame: choose an earlier frame"));
+  CHECK(message(last_frame)
+            .ends_with("frame 5 has no particles, and neither has any later frame: choose an "
+                       "earlier frame"));
   CHECK(files.message("b.xyz", "0\n\n") ==
         "b.xyz:2: the file has no particles: check that this is the right file");
 }

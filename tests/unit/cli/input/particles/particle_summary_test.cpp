@@ -3,15 +3,15 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <limits>
 
+#include "tests/support/particle_columns.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+using test::unknown_number;
 
 }  // namespace
 
@@ -21,7 +21,8 @@ TEST_CASE("a summary counts particles by element and type, and missing values") 
   particles.elements = {8, 0, 1};
   particles.types = {{"b", "unused", "a"}, {0, 2, 0}};
   particles.radii = {2, 0.5, 1};
-  particles.numbers = {{"vx", {unknown, -4, 7}}, {"charge", {unknown, unknown, unknown}}};
+  particles.numbers = {{"vx", {unknown_number, -4, 7}},
+                       {"charge", {unknown_number, unknown_number, unknown_number}}};
   const ParticleSummary summary = summary_of(particles);
   CHECK(summary.count == 3);
   CHECK(summary.elements == NameCounts{{"H", 1}, {"O", 1}, {"unknown", 1}});

@@ -1,6 +1,5 @@
 #include <doctest/doctest.h>
 
-#include <limits>
 #include <string>
 
 #include "cli/input/particles/file_place.h"
@@ -8,12 +7,13 @@
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+using test::unknown_number;
 
 std::vector<double> radii(const std::string& scale, const std::vector<double>& masses) {
   Particles particles;
@@ -45,7 +45,7 @@ TEST_CASE("numbers that are no radii are refused, and the message names the part
   CHECK(
       message_of<SourceError>([] { (void)radii("mass", {-1}); }).starts_with("mass of particle 0"));
   CHECK(message_of<SourceError>([] {
-          (void)radii("mass:1:2", {1, 2, unknown});
+          (void)radii("mass:1:2", {1, 2, unknown_number});
         }) == "mass of particle 2 is not known: select particles with a known number");
   CHECK_THROWS_AS(radii("speed", {1}), UnknownNumber);
 }
@@ -53,7 +53,7 @@ TEST_CASE("numbers that are no radii are refused, and the message names the part
 TEST_CASE("radii by index, and the particles that messages name, count removed particles") {
   Particles particles;
   particles.positions.resize(4);
-  particles.numbers.push_back({"mass", {1, 2, 3, unknown}});
+  particles.numbers.push_back({"mass", {1, 2, 3, unknown_number}});
   keep(particles, {0, 0, 1, 1});
   CHECK(test::message_of<SourceError>([&] {
           apply(radius_scale_from("mass"), particles);

@@ -13,11 +13,14 @@
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/molecule_files.h"
 #include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
 
 namespace parray {
 namespace {
+
+using test::xs_of;
 
 Particles six() {
   Particles particles;
@@ -25,16 +28,10 @@ Particles six() {
   return particles;
 }
 
-ParticleSource shown(const std::vector<std::string>& selections) {
+ParticleSource source_showing(const std::vector<std::string>& selections) {
   ParticleSource source;
   for (const std::string& select : selections) source.shows.push_back({select});
   return source;
-}
-
-std::vector<double> xs(const Particles& particles) {
-  std::vector<double> out;
-  for (const Vec3d& position : particles.positions) out.push_back(position.x);
-  return out;
 }
 
 }  // namespace
@@ -52,10 +49,10 @@ TEST_CASE(
     "a particle in several selections belongs to the last, and notes count these and the rest") {
   for (const int threads : {1, 3}) {
     Particles particles = six();
-    const auto parts = split(particles, shown({"x <= 3", "x = 1 or x = 2"}), threads);
+    const auto parts = split(particles, source_showing({"x <= 3", "x = 1 or x = 2"}), threads);
     REQUIRE(parts.size() == 2);
-    CHECK(xs(parts[0].particles) == std::vector<double>{0, 3});
-    CHECK(xs(parts[1].particles) == std::vector<double>{1, 2});
+    CHECK(xs_of(parts[0].particles) == std::vector<double>{0, 3});
+    CHECK(xs_of(parts[1].particles) == std::vector<double>{1, 2});
     CHECK(parts[1].representation == 1U);
     REQUIRE(particles.facts.notes.size() == 2);
     CHECK(particles.facts.notes[0].key == "shown_twice");
@@ -68,17 +65,17 @@ TEST_CASE(
 TEST_CASE("index in a selection of a representation counts hidden particles") {
   Particles particles = six();
   apply(ParticleFilter{.select = "x != 1", .slice = {}}, particles);
-  const auto parts = split(particles, shown({"index 2:3", "index 5"}));
+  const auto parts = split(particles, source_showing({"index 2:3", "index 5"}));
   REQUIRE(parts.size() == 2);
-  CHECK(xs(parts[0].particles) == std::vector<double>{2, 3});
+  CHECK(xs_of(parts[0].particles) == std::vector<double>{2, 3});
   CHECK(parts[0].numbers == std::vector<std::uint32_t>{1, 2});
-  CHECK(xs(parts[1].particles) == std::vector<double>{5});
+  CHECK(xs_of(parts[1].particles) == std::vector<double>{5});
   CHECK(parts[1].particles.index_of(0) == 5);
 }
 
 TEST_CASE("a part that later representations hide completely is left out") {
   Particles particles = six();
-  const auto parts = split(particles, shown({"x = 1", "all"}));
+  const auto parts = split(particles, source_showing({"x = 1", "all"}));
   REQUIRE(parts.size() == 1);
   CHECK(parts[0].representation == 1U);
 }
@@ -86,7 +83,7 @@ TEST_CASE("a part that later representations hide completely is left out") {
 TEST_CASE("a selection without particles is an error of its representation") {
   Particles particles = six();
   try {
-    (void)split(particles, shown({"all", "x > 9"}));
+    (void)split(particles, source_showing({"all", "x > 9"}));
     FAIL("no error");
   } catch (const SourceError& error) {
     CHECK(error.key() == "select");
@@ -125,7 +122,7 @@ TEST_CASE("a scene file with representations has the spheres of the automatic sc
   const test::TemporaryDirectory directory;
   const std::string file = (directory.path() / "a.csv").string();
   write_text_file(file, "x,y,z,element,mass\n0,0,0,C,1\n3,0,0,O,2\n6,0,0,H,3\n9,0,0,H,4\n");
-  ParticleSource source = shown({"all", "element H", "element O"});
+  ParticleSource source = source_showing({"all", "element H", "element O"});
   source.look.coloring.by = "x";
   source.shows[1].look.radius_by = {"mass", 0.25, 0.5};
   source.shows[2].look.material = {ParticleMaterial::Rule::by_element, {}};

@@ -15,8 +15,8 @@ namespace {
 using test::packed;
 using test::ParticleFiles;
 
-const std::string xyz = "2\n\nC 1 0 0\nO 2 0 0\n";
-const std::string refusal = "a: looks like a tar archive: unpack it, and name a file in it";
+const std::string xyz_member = "2\n\nC 1 0 0\nO 2 0 0\n";
+const std::string tar_refusal = "a: looks like a tar archive: unpack it, and name a file in it";
 
 /// Returns a number as octal digits.
 std::string octal(std::size_t number, std::size_t digits) {
@@ -48,7 +48,7 @@ const std::string tar_end(2 * tar_block_bytes, '\0');
 
 TEST_CASE("a tar archive of one file counts as that file, whatever its compression and name") {
   const ParticleFiles files;
-  const std::string tar = part_of_tar("a.xyz", xyz) + tar_end;
+  const std::string tar = part_of_tar("a.xyz", xyz_member) + tar_end;
   const std::vector<std::array<std::string, 2>> packings{
       {"gzip", "tar.gz"}, {"bzip2", "tar.bz2"}, {"xz", "tar.xz"}, {"zstd", "tar.zst"}};
   const std::vector<Vec3d> positions{{1, 0, 0}, {2, 0, 0}};
@@ -71,8 +71,8 @@ TEST_CASE("folders, long names and attributes beside the only file do not matter
   const std::string archive =
       part_of_tar("folder/", "", '5') +
       part_of_tar("././@PaxHeader", "30 mtime=1463063120.123456789\n", 'x') +
-      part_of_tar("././@LongLink", std::string(700, 'n'), 'L') + part_of_tar("folder/a.xyz", xyz) +
-      part_of_tar("later/", "", '5');
+      part_of_tar("././@LongLink", std::string(700, 'n'), 'L') +
+      part_of_tar("folder/a.xyz", xyz_member) + part_of_tar("later/", "", '5');
   CHECK(files.read("a", archive + tar_end).positions.size() == 2);
   CHECK(files.read("a", archive).positions.size() == 2);  // without blocks at its end
 }
@@ -93,31 +93,31 @@ TEST_CASE("the bytes of the only file are read, skipped and read again") {
 
 TEST_CASE("a tar archive with several files, with a link or without a file is refused") {
   const ParticleFiles files;
-  const std::string one = part_of_tar("a.xyz", xyz);
+  const std::string one = part_of_tar("a.xyz", xyz_member);
   for (const std::string& archive :
-       {one + part_of_tar("b.xyz", xyz), one + part_of_tar("b", "", '2'),
+       {one + part_of_tar("b.xyz", xyz_member), one + part_of_tar("b", "", '2'),
         one + part_of_tar("b", "", '1'), part_of_tar("folder/", "", '5')}) {
-    CHECK(files.message("a", archive + tar_end) == refusal);
-    CHECK(files.message("a", packed(archive + tar_end)) == refusal);
+    CHECK(files.message("a", archive + tar_end) == tar_refusal);
+    CHECK(files.message("a", packed(archive + tar_end)) == tar_refusal);
   }
 }
 
 TEST_CASE("a damaged or truncated tar archive, or a size beyond its end, is refused in one line") {
   const ParticleFiles files;
-  const std::string one = part_of_tar("a.xyz", xyz);
+  const std::string one = part_of_tar("a.xyz", xyz_member);
   std::string wrong_sum = one + tar_end;
   wrong_sum[0] = 'b';
   const auto with_size = [&](const std::string& size) {
     return with_sum(std::string(one).replace(124, size.size(), size)) + tar_end;
   };
-  REQUIRE(files.message("a", with_size(octal(xyz.size(), 11))) == "no error");
+  REQUIRE(files.message("a", with_size(octal(xyz_member.size(), 11))) == "no error");
   for (const std::string& archive :
        {wrong_sum, with_size("a number"), with_size("-0000000001"), with_size("77777777777"),
         one.substr(0, one.size() - 1), one + "rest"}) {
-    CHECK(files.message("a", archive) == refusal);
+    CHECK(files.message("a", archive) == tar_refusal);
   }
   for (std::size_t bytes = 265; bytes < one.size(); bytes += 97) {
-    CHECK(files.message("a", one.substr(0, bytes)) == refusal);
+    CHECK(files.message("a", one.substr(0, bytes)) == tar_refusal);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/base/error.h"
+#include "tests/support/contains.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
@@ -35,10 +36,6 @@ class PathFile {
 std::string key(int frame, const std::string& from, const std::string& more = {}) {
   return "{\"frame\": " + std::to_string(frame) + ", \"look_from\": " + from +
          ", \"look_at\": [0, 0, 0], \"vfov\": 30" + more + "}";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 }  // namespace

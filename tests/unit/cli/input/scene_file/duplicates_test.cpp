@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/scene_text.h"
 
 namespace parray::test {
 namespace {
@@ -26,15 +26,14 @@ Scene with_spheres(std::vector<Sphere> spheres) {
 
 bool same(const Sphere& a, const Sphere& b) { return a.center == b.center && a.radius == b.radius; }
 
-SceneFile read(const std::string& spheres) {
-  std::istringstream input(R"({"version": 1,
+SceneFile read_spheres(const std::string& spheres) {
+  return read_scene_text(R"({"version": 1,
     "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
     "materials": {"a": {"type": "diffuse", "albedo": [1, 0, 0]},
                   "b": {"type": "diffuse", "albedo": [0, 1, 0]},
                   "c": {"type": "dielectric", "ior": 1.5}},
     "spheres": [)" + spheres +
-                           "]}");
-  return read_scene(input, "s.json");
+                         "]}");
 }
 
 std::string sphere(const char* material, int x) {
@@ -149,10 +148,11 @@ TEST_CASE("the result equals a comparison of all pairs") {
 }
 
 TEST_CASE("a scene file with duplicates gives the scene, and the identity, of one without") {
-  const SceneFile clean = read(sphere("a", 0) + "," + sphere("c", 2) + "," + sphere("b", 4));
+  const SceneFile clean =
+      read_spheres(sphere("a", 0) + "," + sphere("c", 2) + "," + sphere("b", 4));
   CHECK(clean.duplicates.count == 0);
-  const SceneFile file = read(sphere("a", 0) + "," + sphere("b", 0) + "," + sphere("c", 2) + "," +
-                              sphere("b", 4) + "," + sphere("c", 4));
+  const SceneFile file = read_spheres(sphere("a", 0) + "," + sphere("b", 0) + "," + sphere("c", 2) +
+                                      "," + sphere("b", 4) + "," + sphere("c", 4));
   CHECK(file.duplicates.count == 2);
   CHECK(file.duplicates.first == 1);
   CHECK(file.duplicates.first_of == 0);

@@ -23,6 +23,7 @@
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/scene_text.h"
 
 namespace parray {
 namespace {
@@ -31,6 +32,7 @@ using test::bytes_of;
 using test::Dice;
 using test::message_of;
 using test::ParticleFiles;
+using test::read_scene_text;
 using test::small_scene;
 
 constexpr std::array<int, 3> thread_counts{1, 2, 5};
@@ -77,11 +79,6 @@ std::string scene_text(const std::string& spheres) {
                "b": {"type": "metal", "albedo": [0, 1, 0]}},
  "spheres": [)" +
          spheres + "]}";
-}
-
-SceneFile read(const std::string& text) {
-  std::istringstream in(text);
-  return read_scene(in, "s.json");
 }
 
 /// Spheres as most files write them; with an escape in each name, the parser has to take them all.
@@ -236,8 +233,8 @@ TEST_CASE("errors in binary PLY name the first invalid particle for any number o
 }
 
 TEST_CASE("the parser and the fast path read the same spheres from scene JSON") {
-  const Scene quick = read(scene_text(sphere_items(20'000, false))).scene;
-  const Scene slow = read(scene_text(sphere_items(20'000, true))).scene;
+  const Scene quick = read_scene_text(scene_text(sphere_items(20'000, false))).scene;
+  const Scene slow = read_scene_text(scene_text(sphere_items(20'000, true))).scene;
   CHECK(quick.spheres.size() == 20'000);
   CHECK(quick == slow);
   CHECK(scene_identity(quick) == scene_identity(slow));
@@ -259,7 +256,7 @@ TEST_CASE("after many spheres, the fast path reports errors like the parser") {
     CAPTURE(fault);
     const auto message = [&](bool escaped) {
       const std::string text = scene_text(sphere_items(3'000, escaped) + fault);
-      return message_of<InputError>([&] { read(text); });
+      return message_of<InputError>([&] { read_scene_text(text); });
     };
     CHECK(message(false) != "no error");
     CHECK(message(false) == message(true));

@@ -10,20 +10,22 @@
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
+#include "tests/support/scene_text.h"
 
 /// What scene files say of style and finishing.
 namespace parray {
 namespace {
 
 using test::message_of;
+using test::read_scene_text;
+
 using Unit = LineWidth::Unit;
 
 /// A scene with these members beside those that it needs.
 SceneFile scene_with(const std::string& members) {
-  std::stringstream text(R"({"version": 1, )" + members + (members.empty() ? "" : ", ") +
+  return read_scene_text(R"({"version": 1, )" + members + (members.empty() ? "" : ", ") +
                          R"("camera": {"look_from": [0,0,9], "look_at": [0,0,0], "vfov": 20},
                             "materials": {}, "spheres": []})");
-  return read_scene(text, "s.json");
 }
 
 Postprocessing finish_in(const std::string& members) { return scene_with(members).postprocessing; }

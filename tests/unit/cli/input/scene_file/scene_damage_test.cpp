@@ -12,10 +12,15 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
+#include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
+#include "tests/support/scene_text.h"
 
 namespace parray {
 namespace {
+
+using test::message_of;
+using test::message_of_scene;
 
 namespace fs = std::filesystem;
 
@@ -40,23 +45,8 @@ std::string valid_scene() {
 )";
 }
 
-std::string message_of(const std::string& text) {
-  std::istringstream input(text);
-  try {
-    read_scene(input, "s.json");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 std::string message_of_file(const fs::path& path) {
-  try {
-    read_scene_file(path);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return message_of<InputError>([&] { (void)read_scene_file(path); });
 }
 
 /// The valid scene with its first `from` replaced.
@@ -76,7 +66,7 @@ struct Damage {
 void check_all(const std::vector<Damage>& table) {
   for (const Damage& damage : table) {
     CAPTURE(damage.name);
-    CHECK(message_of(damage.scene) == damage.message);
+    CHECK(message_of_scene(damage.scene) == damage.message);
   }
 }
 
@@ -105,7 +95,9 @@ class ScratchFolder {
 
 }  // namespace
 
-TEST_CASE("the scene before damage is valid") { CHECK(message_of(valid_scene()) == "no error"); }
+TEST_CASE("the scene before damage is valid") {
+  CHECK(message_of_scene(valid_scene()) == "no error");
+}
 
 TEST_CASE("text that is not JSON is refused with the line and a remedy") {
   check_all({
@@ -178,7 +170,7 @@ TEST_CASE("text that is not JSON is refused with the line and a remedy") {
 }
 
 TEST_CASE("a byte order mark is skipped") {
-  CHECK(message_of("\xEF\xBB\xBF" + valid_scene()) == "no error");
+  CHECK(message_of_scene("\xEF\xBB\xBF" + valid_scene()) == "no error");
 }
 
 TEST_CASE("numbers that JSON or double precision cannot hold are refused") {
@@ -275,7 +267,7 @@ TEST_CASE("damage in the seed format is refused") {
            "\"radius\": 1, \"material\": " +
            material + "}}]}";
   };
-  CHECK(message_of(seed(R"({"type": "dielectric", "refraction_index": 1.5})")) == "no error");
+  CHECK(message_of_scene(seed(R"({"type": "dielectric", "refraction_index": 1.5})")) == "no error");
   check_all({
       {"an unknown type", seed(R"({"type": "lambertain"})"),
        "s.json:3: /spheres/0/sphere/material/type: unknown material type 'lambertain': did you "
@@ -315,7 +307,7 @@ TEST_CASE("the reader limits nesting, lengths and numbers of values") {
   });
   std::string wide = "[0";
   for (int i = 0; i < 5000; ++i) wide += ",0";
-  CHECK(message_of(with("[13, 2, 3]", wide + "]")) ==
+  CHECK(message_of_scene(with("[13, 2, 3]", wide + "]")) ==
         "s.json:4: /camera/look_from/4094: one value has more than 4096 parts: remove some");
 }
 
@@ -325,7 +317,7 @@ TEST_CASE("a message is one printable line for any content of the file") {
        {with("\"vfov\"", "\"" + key + "\""), with("\"version\"", "\"" + key + "\""),
         with("\"gold\"", "\"" + key + "\""), with("\"metal\"", "\"" + key + "\""),
         with("\"material\": \"gold\"", "\"material\": \"" + key + "\"")}) {
-    const std::string message = message_of(scene);
+    const std::string message = message_of_scene(scene);
     CAPTURE(message);
     CHECK(message != "no error");
     CHECK(message.size() < 400);
@@ -395,7 +387,7 @@ TEST_CASE("a randomly damaged scene loads or is refused, and nothing else") {
       }
     }
     CAPTURE(seed);
-    const std::string message = message_of(text);  // lets everything but InputError through
+    const std::string message = message_of_scene(text);  // lets everything but InputError through
     ++(message == "no error" ? loaded : refused);
     if (message != "no error") CHECK(message.starts_with("s.json:"));
   }

@@ -5,32 +5,20 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 #include <string>
 
 #include "cli/input/scene_file/scene_file.h"
-#include "common/base/error.h"
 #include "common/scene/settings.h"
 #include "tests/support/rooms.h"
+#include "tests/support/scene_text.h"
 
 namespace parray {
 namespace {
 
+using test::message_of_scene;
+using test::read_scene_text;
+
 using Json = nlohmann::json;
-
-SceneFile read(const std::string& text) {
-  std::istringstream input(text);
-  return read_scene(input, "s.json");
-}
-
-std::string message_of(const std::string& text) {
-  try {
-    read(text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 Json scene_cases() {
   std::ifstream file(PARRAY_SOURCE_DIR "/tests/unit/cli/input/scene_file/scene_cases.json");
@@ -48,7 +36,7 @@ std::string text_of(const Json& cases, const Json& one) {
 }  // namespace
 
 TEST_CASE("a scene of version 1 is read in full") {
-  const SceneFile file = read(R"({
+  const SceneFile file = read_scene_text(R"({
     "version": 1,
     "camera": {"look_from": [0, 1, 2], "look_at": [0, 1, -2], "up": [1, 1, 0], "vfov": 90,
                "aperture": 0.5, "focus_distance": 3},
@@ -83,7 +71,7 @@ TEST_CASE("a scene of version 1 is read in full") {
 }
 
 TEST_CASE("members that a scene of version 1 omits have their defaults") {
-  const SceneFile file = read(R"({"version": 1, "camera": {"look_from": [0, 3, 4],
+  const SceneFile file = read_scene_text(R"({"version": 1, "camera": {"look_from": [0, 3, 4],
       "look_at": [0, 0, 0], "vfov": 20}, "materials": {}, "spheres": []})");
   CHECK(file.settings == RenderSettings{});
   CHECK(file.scene.sky == Sky{});
@@ -96,7 +84,7 @@ TEST_CASE("members that a scene of version 1 omits have their defaults") {
 }
 
 TEST_CASE("a scene in the seed format and in version 1 gives equal scenes") {
-  const SceneFile seed = read(R"({"spheres": [
+  const SceneFile seed = read_scene_text(R"({"spheres": [
     {"sphere": {"location": {"x": 0, "y": -0.0, "z": 2}, "radius": 0.5,
                 "material": {"type": "lambertian", "color": {"r": 0.1, "g": 0.2, "b": 0.3}}}},
     {"sphere": {"radius": 1.0, "location": {"x": 1, "y": 2, "z": 3},
@@ -107,7 +95,7 @@ TEST_CASE("a scene in the seed format and in version 1 gives equal scenes") {
                 "material": {"type": "metal", "fuzz": 0.25,
                              "color": {"r": 1, "g": 0, "b": 0.5}}}}]})");
   // Two names for one surface, one that nobody uses, and all of them after the spheres.
-  const SceneFile twin = read(R"({"version": 1, "spheres": [
+  const SceneFile twin = read_scene_text(R"({"version": 1, "spheres": [
       {"center": [0, 0, 2], "radius": 0.5, "material": "grey"},
       {"center": [1, 2, 3], "radius": 1, "material": "glass"},
       {"center": [5, 6, 7], "radius": 2, "material": "also grey"},
@@ -129,7 +117,7 @@ TEST_CASE("a scene in the seed format and in version 1 gives equal scenes") {
 }
 
 TEST_CASE("a file with an empty list of spheres and nothing else has the seed format") {
-  const SceneFile file = read(R"({"spheres": []})");
+  const SceneFile file = read_scene_text(R"({"spheres": []})");
   CHECK(file.seed_format);
   CHECK(file.scene.camera.tan_half_vfov > 0);
 }
@@ -138,7 +126,7 @@ TEST_CASE("reader and schema agree: what both accept") {
   const Json cases = scene_cases();
   for (const Json& one : cases["good"]) {
     CAPTURE(one["name"].get<std::string>());
-    CHECK(message_of(text_of(cases, one)) == "no error");
+    CHECK(message_of_scene(text_of(cases, one)) == "no error");
   }
 }
 
@@ -147,7 +135,7 @@ TEST_CASE("reader and schema agree: what both refuse") {
   REQUIRE(cases["bad"].size() > 50);
   for (const Json& one : cases["bad"]) {
     CAPTURE(one["name"].get<std::string>());
-    const std::string message = message_of(text_of(cases, one));
+    const std::string message = message_of_scene(text_of(cases, one));
     CAPTURE(message);
     CHECK(message.find(one["says"].get<std::string>()) != std::string::npos);
     CHECK(message.starts_with("s.json:1: /"));
@@ -185,14 +173,14 @@ TEST_CASE("200 000 spheres are read as a stream") {
             R"(": {"type": "metal", "albedo": [0, 0, 1], "fuzz": )" + std::to_string(i % 500) +
             "e-3}";
   }
-  const SceneFile file = read(text + "}}");
+  const SceneFile file = read_scene_text(text + "}}");
   REQUIRE(file.scene.spheres.size() == count);
   CHECK(file.scene.materials.size() == 500);
   CHECK(file.scene.spheres.back().center == Vec3d{count - 1, 0.5, -1});
   CHECK(file.scene.materials[file.scene.spheres.back().material].fuzz == 0.499);
   // The line of the last sphere: two lines come before the first.
   text.insert(text.rfind("0.25"), "-");
-  CHECK(message_of(text + "}}").starts_with("s.json:200002: /spheres/199999/radius: -0.25"));
+  CHECK(message_of_scene(text + "}}").starts_with("s.json:200002: /spheres/199999/radius: -0.25"));
 }
 
 }  // namespace parray

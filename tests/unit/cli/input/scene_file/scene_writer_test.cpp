@@ -17,19 +17,17 @@
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/scene_text.h"
 
 namespace parray {
 namespace {
+
+using test::read_scene_text;
 
 std::string written(const SceneFile& file) {
   std::ostringstream out;
   write_scene(out, file, [] {});
   return out.str();
-}
-
-SceneFile read(const std::string& text) {
-  std::istringstream in(text);
-  return read_scene(in, "s.json");
 }
 
 }  // namespace
@@ -39,7 +37,7 @@ TEST_CASE("every scene that ships reads back as itself, settings and names inclu
     CAPTURE(name);
     const SceneFile file =
         read_scene_file(std::string(PARRAY_SOURCE_DIR "/scenes/") + name + ".json");
-    const SceneFile again = read(written(file));
+    const SceneFile again = read_scene_text(written(file));
     CHECK(scene_to_bytes(again.scene) == scene_to_bytes(file.scene));
     CHECK(again.settings == file.settings);
     CHECK(written(again) == written(file));
@@ -54,12 +52,12 @@ TEST_CASE("every scene that ships reads back as itself, settings and names inclu
 }
 
 TEST_CASE("a scene in the seed format is written as version 1") {
-  const SceneFile seed = read(R"({"spheres": [
+  const SceneFile seed = read_scene_text(R"({"spheres": [
     {"sphere": {"location": {"x": 0, "y": 1, "z": 2}, "radius": 0.1,
                 "material": {"type": "lambertian", "color": {"r": 0.1, "g": 0.2, "b": 0.3}}}},
     {"sphere": {"radius": 1.0, "location": {"x": 1, "y": 2, "z": 3},
                 "material": {"type": "dielectric", "refraction_index": 1.5}}}]})");
-  const SceneFile again = read(written(seed));
+  const SceneFile again = read_scene_text(written(seed));
   CHECK(seed.seed_format);
   CHECK_FALSE(again.seed_format);
   CHECK(again.scene == seed.scene);
@@ -75,10 +73,10 @@ TEST_CASE("a scene's labels read back equal, and a scene without labels has no s
   file.labels.unit = "angstrom";
   file.labels.font_size = 7.5;
   file.labels.dpi = 600;
-  CHECK(read(written(file)).labels == file.labels);
+  CHECK(read_scene_text(written(file)).labels == file.labels);
   file.labels = {};
   file.labels.width_mm = 85.5;
-  CHECK(read(written(file)).labels == file.labels);
+  CHECK(read_scene_text(written(file)).labels == file.labels);
 }
 
 TEST_CASE("numbers of every size read back to the last bit") {
@@ -104,20 +102,20 @@ TEST_CASE("numbers of every size read back to the last bit") {
   }
   file.scene.spheres[0].center = {5e-324, -limits::max_length, limits::max_length};
   file.settings->seed = UINT64_MAX;
-  const SceneFile again = read(written(file));
+  const SceneFile again = read_scene_text(written(file));
   CHECK(scene_to_bytes(again.scene) == scene_to_bytes(file.scene));
   CHECK(again.settings == file.settings);
 }
 
 TEST_CASE("names of materials are kept, and generated names differ from them") {
-  SceneFile file = read(R"({"version": 1,
+  SceneFile file = read_scene_text(R"({"version": 1,
     "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
     "materials": {"\"\\\n\u0001 é": {"type": "dielectric", "ior": 1.5}, "": {"type": "dielectric",
       "ior": 1.25}, "material 1": {"type": "metal", "albedo": [1, 0, 1], "fuzz": 0.5}},
     "spheres": [{"center": [0, 0, 0], "radius": 1, "material": "\"\\\n\u0001 é"}]})");
   file.scene.materials.push_back({MaterialType::diffuse, {0.125, 0.25, 0.5}, 0, 1});
   file.scene.spheres.push_back({{1, 2, 3}, 4, 1});
-  const SceneFile again = read(written(file));
+  const SceneFile again = read_scene_text(written(file));
   CHECK(again.scene == file.scene);
   CHECK(again.materials.find("material 1")->type == MaterialType::metal);
   CHECK(again.materials.find("\"\\\n\x01 é") != nullptr);
@@ -132,19 +130,20 @@ TEST_CASE("files of particles stay references") {
 {"file":"e.ply", "material":"column", "radius":"column"},
 {"file":"f.dump", "frame":7, "material":"by-type", "radius":1e-15}]}
 )";
-  const std::string text = written(read(R"({"version": 1,
+  const std::string text = written(read_scene_text(R"({"version": 1,
     "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40}, )" +
-                                        section));
+                                                   section));
   CHECK(text.ends_with(section));
-  CHECK(written(read(text)) == text);
+  CHECK(written(read_scene_text(text)) == text);
 }
 
 TEST_CASE("an orthographic camera and a transparent background read back as themselves") {
   const std::string camera =
       R"("projection":"orthographic", "view_height":0.1, "aperture":0.25, "focus_distance":9})";
-  const SceneFile file = read(R"({"version": 1,
+  const SceneFile file =
+      read_scene_text(R"({"version": 1,
     "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], )" +
-                              camera + R"(, "image": {"transparent": true}, "spheres": [],
+                      camera + R"(, "image": {"transparent": true}, "spheres": [],
     "materials": {}})");
   CHECK(file.scene.camera.projection == Projection::orthographic);
   CHECK(file.scene.camera.view_height == 0.1);
@@ -152,9 +151,9 @@ TEST_CASE("an orthographic camera and a transparent background read back as them
   CHECK(file.transparent);
   const std::string text = written(file);
   CHECK(text.find(camera) != std::string::npos);
-  CHECK(read(text).scene == file.scene);
-  CHECK(read(text).transparent);
-  CHECK(written(read(text)) == text);
+  CHECK(read_scene_text(text).scene == file.scene);
+  CHECK(read_scene_text(text).transparent);
+  CHECK(written(read_scene_text(text)) == text);
 }
 
 TEST_CASE("a name that is not UTF-8 is refused, not written") {

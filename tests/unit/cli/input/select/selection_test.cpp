@@ -2,10 +2,8 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,6 +14,7 @@
 #include "common/base/printable.h"
 #include "tests/support/dice.h"
 #include "tests/support/message_of.h"
+#include "tests/support/particle_columns.h"
 #include "tests/support/rooms.h"
 
 /// The language of selections: what it means, by examples and against brute force, and what it
@@ -23,10 +22,10 @@
 namespace parray {
 namespace {
 
+using test::add_name;
 using test::Dice;
 using test::message_of;
-
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+using test::unknown_number;
 
 struct TestAtom {
   const char* chain;
@@ -38,20 +37,14 @@ struct TestAtom {
   double charge;
 };
 
-void add(NameColumn& column, const std::string& name) {
-  const auto known = std::ranges::find(column.names, name);
-  column.index.push_back(static_cast<std::uint32_t>(known - column.names.begin()));
-  if (known == column.names.end()) column.names.push_back(name);
-}
-
 Particles particles_of(const std::vector<TestAtom>& atoms) {
   Particles out;
   out.numbers.push_back({"charge", {}});
   for (const TestAtom& atom : atoms) {
-    add(out.chains, atom.chain);
-    add(out.residue_names, atom.residue);
-    add(out.atom_names, atom.name);
-    add(out.types, atom.element == 6 ? "1" : "2");
+    add_name(out.chains, atom.chain);
+    add_name(out.residue_names, atom.residue);
+    add_name(out.atom_names, atom.name);
+    add_name(out.types, atom.element == 6 ? "1" : "2");
     out.residue_numbers.push_back(atom.residue_number);
     out.elements.push_back(atom.element);
     out.positions.push_back(atom.position);
@@ -64,7 +57,7 @@ Particles particles_of(const std::vector<TestAtom>& atoms) {
 const Particles& molecules() {
   static const Particles out = particles_of({{"A", -1, "ALA", "N", 7, {0, 0, 0}, -0.4},
                                              {"A", -1, "ALA", "CA", 6, {1, 0, 0}, 0.1},
-                                             {"A", -1, "ALA", "CB", 6, {2, 0, 0}, unknown},
+                                             {"A", -1, "ALA", "CB", 6, {2, 0, 0}, unknown_number},
                                              {"A", 2, "HIS", "CA", 6, {3, 0, 0}, 0.2},
                                              {"A", 2, "HIS", "HA", 1, {3, 1, 0}, 0.1},
                                              {"B", 7, "DA", "O5'", 8, {10, 0, 0}, -0.5},
@@ -258,7 +251,7 @@ TEST_CASE("an invalid selection is refused with its column and a remedy") {
 TEST_CASE("a missing column is refused with the list of columns that the file has") {
   Particles bare;
   bare.positions = {{0, 0, 0}};
-  add(bare.types, "x");
+  add_name(bare.types, "x");
   CHECK(refusal("type x and chain A", bare) ==
         "character 12: the file has no chains: it has types, x, y, z, fx, fy, fz, index");
   CHECK(refusal("water", bare).starts_with("character 1: the file has no residue names"));
@@ -375,9 +368,9 @@ Particles random_particles(Dice& dice, std::size_t count) {
   out.numbers.push_back({"charge", {}});
   for (std::size_t i = 0; i < count; ++i) {
     out.positions.push_back(dice.in_cube(8));
-    add(out.chains, std::string(1, static_cast<char>('A' + dice.below(4))));
+    add_name(out.chains, std::string(1, static_cast<char>('A' + dice.below(4))));
     out.residue_numbers.push_back(static_cast<std::int32_t>(dice.below(120)));
-    out.numbers[0].values.push_back(dice.one_in(5) ? unknown : dice.between(-3, 3));
+    out.numbers[0].values.push_back(dice.one_in(5) ? unknown_number : dice.between(-3, 3));
   }
   return out;
 }

@@ -1,12 +1,13 @@
 #include <doctest/doctest.h>
 
 #include "cli/input/view/view.h"
+#include "tests/support/near.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
 namespace {
 
-bool near(const Vec3d& a, const Vec3d& b) { return length(a - b) < 1e-12; }
+using test::near;
 
 constexpr TurnAxis upright{{1, 2, 3}, {0, 0, 1}};
 

@@ -10,6 +10,7 @@
 #include "cli/input/view/surroundings.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
+#include "tests/support/near.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sphere_groups.h"
 
@@ -19,6 +20,7 @@ namespace {
 
 using test::cloud;
 using test::message_of;
+using test::near;
 
 /// A sheet of nx x ny centres, one apart, along two axes.
 std::vector<Sphere> sheet(int nx, int ny, const Vec3d& across, const Vec3d& along) {
@@ -30,8 +32,6 @@ std::vector<Sphere> sheet(int nx, int ny, const Vec3d& across, const Vec3d& alon
   }
   return spheres;
 }
-
-bool near(const Vec3d& a, const Vec3d& b) { return length(a - b) < 1e-12; }
 
 Vec3d rotated_about_z(const Vec3d& v, double degrees) {
   const double angle = degrees / 180 * std::numbers::pi;
