@@ -19,13 +19,6 @@
 namespace parray::test {
 namespace {
 
-CoordinatorOptions checking(double share, double draw) {
-  CoordinatorOptions options = service_options();
-  options.checks.share = share;
-  options.random = [draw] { return draw; };
-  return options;
-}
-
 /// A primary and a standby that takes over.
 class Twins {
  public:
