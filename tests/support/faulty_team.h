@@ -5,11 +5,15 @@
 #include <utility>
 
 #include "common/image/cell_records.h"
+#include "coordinator/leases/result_collector.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sim_team.h"
 
 namespace parray::test {
+
+constexpr TracerKey honest_tracer = 1;
+constexpr TracerKey faulty_tracer = 66;
 
 /// Changes the sums of a cell to wrong values that are possible for its samples.
 inline void falsify(TracedCells& cells, std::size_t record_bytes, std::uint64_t cell = 0) {

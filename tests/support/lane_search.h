@@ -125,6 +125,10 @@ auto with_kernels_of(Isa isa, Function function) {
   throw std::logic_error("this build has no kernels for the instruction set");
 }
 
+/// The spheres of a scene as precision P stores them.
+template <typename P>
+using Stored = Spheres<typename P::Store>;
+
 /// Makes a search for an instruction set that this machine supports. Without `tree` it is a linear
 /// search. Without `sides` it is for paths that are inside no sphere.
 template <typename P>

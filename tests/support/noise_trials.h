@@ -24,6 +24,8 @@ std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height);
 /// Returns shipped scenes, which check findings from the scenes above.
 std::vector<NoisyScene> other_scenes(std::uint32_t width, std::uint32_t height);
 
+inline Vec3d grey(double value) { return {value, value, value}; }
+
 /// A picture that grows by passes.
 struct GrowingPicture {
   std::uint32_t width = 0;

@@ -30,6 +30,16 @@ inline RenderSettings made_settings(std::uint32_t width, std::uint32_t height, s
   return settings;
 }
 
+/// Returns the settings of a made-up job that has one pass.
+inline RenderSettings made_in_one_pass() { return made_settings(40, 12, 50); }
+
+/// Returns the settings of a made-up job that has several passes.
+inline RenderSettings made_in_passes() {
+  RenderSettings settings = made_settings(20, 12, 300);
+  settings.adaptive = true;
+  return settings;
+}
+
 inline std::shared_ptr<const WorkPlan> whole_plan(const RenderSettings& settings,
                                                   std::uint32_t tile = 0) {
   return std::make_shared<const WorkPlan>(settings, Pass{{{0, settings.samples_per_pixel}}, {}},

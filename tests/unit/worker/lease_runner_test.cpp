@@ -85,7 +85,7 @@ class ScriptedSource final : public LeaseSource {
 };
 
 /// A runner with a team of speed `speed`. A cell has 2000 samples and takes 0.2 ms.
-struct Rig {
+struct RunnerRig {
   /// Calls the runner at its deadlines and whenever the team is done, until `end`.
   void run(Time end) {
     while (clock.now() < end) {
@@ -114,7 +114,7 @@ Time time_of(std::uint64_t cells) { return std::chrono::microseconds(200 * cells
 }  // namespace
 
 TEST_CASE("a runner takes a lease at once, reports an idle team, and hands in the result") {
-  Rig rig;
+  RunnerRig rig;
   rig.source.lease(100, 150);
   rig.runner.tick(rig.clock.now());
   REQUIRE(rig.source.asked.size() == 1);
@@ -129,7 +129,7 @@ TEST_CASE("a runner takes a lease at once, reports an idle team, and hands in th
 }
 
 TEST_CASE("a runner takes the next lease shortly before its team runs out of work") {
-  Rig rig;
+  RunnerRig rig;
   rig.source.take_time = std::chrono::microseconds(100);
   rig.leases(30);
   rig.run(30 * time_of(100) + milliseconds(2));
@@ -155,7 +155,7 @@ TEST_CASE("a runner takes the next lease shortly before its team runs out of wor
 
 TEST_CASE("a runner takes leases earlier from a slow source") {
   for (const Time take_time : {milliseconds(1), milliseconds(4)}) {
-    Rig rig;
+    RunnerRig rig;
     rig.source.take_time = take_time;
     rig.leases(20);
     rig.run(time_of(100) * 15);
@@ -167,7 +167,7 @@ TEST_CASE("a runner takes leases earlier from a slow source") {
 }
 
 TEST_CASE("further parts of a lease are neither counted nor timed as leases") {
-  Rig rig;
+  RunnerRig rig;
   rig.source.take_time = microsecond;
   rig.source.lease(0, 100);
   rig.source.lease(100, 200, false);
@@ -179,7 +179,7 @@ TEST_CASE("further parts of a lease are neither counted nor timed as leases") {
 }
 
 TEST_CASE("without the length of a lease, a runner takes the next one after its end") {
-  Rig rig;
+  RunnerRig rig;
   rig.source.otherwise = Answer::none;
   for (std::uint64_t i = 0; i < 5; ++i) rig.source.lease(100 * i, 100 * i + 100, true, false);
   rig.run(6 * time_of(100));
@@ -192,7 +192,7 @@ TEST_CASE("without the length of a lease, a runner takes the next one after its 
 }
 
 TEST_CASE("the team continues while a result travels") {
-  Rig rig;
+  RunnerRig rig;
   rig.source.complete_time = milliseconds(10);
   rig.leases(10);
   rig.run(time_of(100) * 6);
@@ -202,7 +202,7 @@ TEST_CASE("the team continues while a result travels") {
 }
 
 TEST_CASE("after the answer wait, an idle runner waits longer each time, up to milliseconds") {
-  Rig rig;
+  RunnerRig rig;
   rig.run(milliseconds(200));
   const auto& asked = rig.source.asked;
   REQUIRE(asked.size() > 10);
@@ -216,7 +216,7 @@ TEST_CASE("after the answer wait, an idle runner waits longer each time, up to m
 }
 
 TEST_CASE("after the answer wait, a busy runner asks again when its team is done") {
-  Rig rig;
+  RunnerRig rig;
   rig.leases(2);
   rig.run(2 * time_of(100) + milliseconds(1));
   const auto& asked = rig.source.asked;
@@ -230,7 +230,7 @@ TEST_CASE("after the answer wait, a busy runner asks again when its team is done
 
 TEST_CASE(
     "after the answer none, a runner sleeps until a message arrives, and asks at every turn") {
-  Rig rig;
+  RunnerRig rig;
   rig.source.otherwise = Answer::none;
   CHECK(rig.runner.tick(Time(0)) == seconds(1));  // the deadline of the source
   CHECK(rig.runner.tick(milliseconds(3)) == milliseconds(1003));
@@ -241,7 +241,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a lease after a wait is traced at once") {
-  Rig rig;
+  RunnerRig rig;
   for (int i = 0; i < 5; ++i) rig.source.say(Answer::wait);
   rig.source.lease(7, 9);
   rig.run(milliseconds(100));
@@ -249,7 +249,7 @@ TEST_CASE("a lease after a wait is traced at once") {
 }
 
 TEST_CASE("a runner gives up an unwanted lease, traced or not, and takes another one") {
-  Rig rig;
+  RunnerRig rig;
   rig.leases(4);
   rig.runner.tick(Time(0));
   REQUIRE(rig.team.lease()->epoch == 1);
@@ -263,7 +263,7 @@ TEST_CASE("a runner gives up an unwanted lease, traced or not, and takes another
 }
 
 TEST_CASE("a runner hands in a failed lease as failed and traces the next one") {
-  Rig rig;
+  RunnerRig rig;
   rig.leases(2);
   rig.runner.tick(Time(0));
   rig.team.failure = "no luck";
@@ -280,7 +280,7 @@ TEST_CASE("a runner hands in a failed lease as failed and traces the next one") 
 }
 
 TEST_CASE("a runner ends when the source has no more work") {
-  Rig rig;
+  RunnerRig rig;
   rig.source.lease(0, 10);
   rig.source.say(Answer::over);
   rig.run(seconds(1));
@@ -296,7 +296,7 @@ TEST_CASE("a runner ends when the source has no more work") {
 }
 
 TEST_CASE("a stopped runner gives up all leases and reports its tally") {
-  Rig rig;
+  RunnerRig rig;
   rig.leases(5);
   rig.run(time_of(250));
   const std::size_t done = rig.source.done.size();
@@ -316,7 +316,7 @@ TEST_CASE("a stopped runner gives up all leases and reports its tally") {
 }
 
 TEST_CASE("a runner that follows another continues its speed and tally") {
-  Rig rig;
+  RunnerRig rig;
   rig.leases(2);
   rig.run(time_of(250));
   LeaseRunner next(rig.source, rig.team, rig.clock, rig.runner.tally());

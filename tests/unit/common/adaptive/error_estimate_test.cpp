@@ -15,6 +15,7 @@ namespace parray {
 namespace {
 
 using test::Dice;
+using test::grey;
 using test::GrowingPicture;
 
 GrowingPicture blank(std::uint32_t width, std::uint32_t height, double largest = 1) {
@@ -27,8 +28,6 @@ GrowingPicture blank(std::uint32_t width, std::uint32_t height, double largest =
 std::vector<std::uint32_t> all(const GrowingPicture& picture, std::uint32_t samples) {
   return std::vector<std::uint32_t>(picture.pixels.size(), samples);
 }
-
-Vec3d grey(double value) { return {value, value, value}; }
 
 double rmse_from(const GrowingPicture& picture, double truth) {
   double square = 0;

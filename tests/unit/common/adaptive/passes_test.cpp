@@ -22,6 +22,7 @@ namespace parray {
 namespace {
 
 using test::Dice;
+using test::grey;
 using test::grow_in_passes;
 using test::GrowingPicture;
 using test::size_of_pass;
@@ -33,8 +34,6 @@ RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint32_t sp
   settings.samples_per_pixel = spp;
   return settings;
 }
-
-Vec3d grey(double value) { return {value, value, value}; }
 
 /// Samples of a picture whose right half is four times as noisy as its left half.
 struct TwoHalves {

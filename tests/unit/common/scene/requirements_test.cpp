@@ -6,18 +6,19 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/scene_file/scene_file.h"
 #include "common/scene/settings.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_materials.h"
+#include "tests/support/shipped_scene.h"
 
 namespace parray {
 namespace {
 
+using test::diffuse;
+using test::glass;
+using test::metal;
+using test::shipped;
 using Names = std::vector<std::string>;
-
-Material diffuse() { return {MaterialType::diffuse, {0.5, 0.5, 0.5}, 0, 1}; }
-Material metal(double fuzz) { return {MaterialType::metal, {1, 1, 1}, fuzz, 1}; }
-Material glass() { return {MaterialType::dielectric, {1, 1, 1}, 0, 1.5}; }
 
 /// A pinhole at the origin and nothing to see.
 Scene empty_scene() {
@@ -41,7 +42,7 @@ RenderSettings resolved(const Scene& scene, const RenderSettings& asked = {}) {
 
 /// A speck around which the largest number is `spread` of its radii, in a wide view.
 Scene of_spread(double spread) {
-  Scene scene = with_spheres({diffuse()}, {{{0, 0, 0}, 1 / spread, 0}, {{0, 1, 0}, 0.5, 0}});
+  Scene scene = with_spheres({diffuse(0.5)}, {{{0, 0, 0}, 1 / spread, 0}, {{0, 1, 0}, 0.5, 0}});
   scene.camera.tan_half_vfov = 1e6;
   return scene;
 }
@@ -49,12 +50,12 @@ Scene of_spread(double spread) {
 }  // namespace
 
 TEST_CASE("requirements count the spheres of each kind") {
-  const Scene scene = with_spheres({diffuse(), metal(0), glass()}, {{{0, 0, 0}, 1, 0},
-                                                                    {{1, 0, 0}, 1, 1},
-                                                                    {{2, 0, 0}, 1, 1},
-                                                                    {{3, 0, 0}, 1, 2},
-                                                                    {{4, 0, 0}, 1, 0},
-                                                                    {{5, 0, 0}, 1, 0}});
+  const Scene scene = with_spheres({diffuse(0.5), metal(0), glass(1.5)}, {{{0, 0, 0}, 1, 0},
+                                                                          {{1, 0, 0}, 1, 1},
+                                                                          {{2, 0, 0}, 1, 1},
+                                                                          {{3, 0, 0}, 1, 2},
+                                                                          {{4, 0, 0}, 1, 0},
+                                                                          {{5, 0, 0}, 1, 0}});
   const Requirements r = requirements_of(scene);
   CHECK(r.spheres == 6);
   CHECK(r.diffuse == 3);
@@ -75,30 +76,31 @@ TEST_CASE("an empty scene requires nothing") {
 
 TEST_CASE("each feature is there when the scene has it and not otherwise") {
   const auto features = [](const Scene& scene) { return requirements_of(scene).features(); };
-  CHECK(features(with_spheres({diffuse()}, {{{0, 0, 0}, 1, 0}})) == Names{"diffuse"});
+  CHECK(features(with_spheres({diffuse(0.5)}, {{{0, 0, 0}, 1, 0}})) == Names{"diffuse"});
   CHECK(features(with_spheres({metal(0)}, {{{0, 0, 0}, 1, 0}})) == Names{"metal"});
   CHECK(features(with_spheres({metal(0.1)}, {{{0, 0, 0}, 1, 0}})) == Names{"metal", "fuzz"});
-  CHECK(features(with_spheres({glass()}, {{{0, 0, 0}, 1, 0}})) == Names{"dielectric"});
-  CHECK(features(with_spheres({diffuse()}, {{{0, 0, 0}, 1, 0}, {{3, 0, 0}, 2, 0}})) ==
+  CHECK(features(with_spheres({glass(1.5)}, {{{0, 0, 0}, 1, 0}})) == Names{"dielectric"});
+  CHECK(features(with_spheres({diffuse(0.5)}, {{{0, 0, 0}, 1, 0}, {{3, 0, 0}, 2, 0}})) ==
         Names{"diffuse", "many-radii"});
   Scene lens = empty_scene();
   lens.camera.aperture = 0.1;
   CHECK(features(lens) == Names{"lens"});
   // A material that no sphere wears costs nothing.
-  CHECK(features(with_spheres({diffuse(), metal(1), glass()}, {{{0, 0, 0}, 1, 0}})) ==
+  CHECK(features(with_spheres({diffuse(0.5), metal(1), glass(1.5)}, {{{0, 0, 0}, 1, 0}})) ==
         Names{"diffuse"});
 }
 
 TEST_CASE("one radius is recognised exactly") {
-  CHECK(requirements_of(with_spheres({diffuse()}, {{{0, 0, 0}, 0.1, 0}, {{1, 0, 0}, 0.1, 0}}))
+  CHECK(requirements_of(with_spheres({diffuse(0.5)}, {{{0, 0, 0}, 0.1, 0}, {{1, 0, 0}, 0.1, 0}}))
             .one_radius);
-  CHECK_FALSE(requirements_of(with_spheres({diffuse()}, {{{0, 0, 0}, 0.1, 0},
-                                                         {{1, 0, 0}, std::nextafter(0.1, 1), 0}}))
-                  .one_radius);
+  CHECK_FALSE(
+      requirements_of(with_spheres({diffuse(0.5)},
+                                   {{{0, 0, 0}, 0.1, 0}, {{1, 0, 0}, std::nextafter(0.1, 1), 0}}))
+          .one_radius);
 }
 
 TEST_CASE("the extent is the largest number among centres, radii, the eye and its lens") {
-  Scene scene = with_spheres({diffuse()}, {{{-3, 1, 2}, 0.5, 0}, {{0, 0, 0}, 2, 0}});
+  Scene scene = with_spheres({diffuse(0.5)}, {{{-3, 1, 2}, 0.5, 0}, {{0, 0, 0}, 2, 0}});
   CHECK(requirements_of(scene).extent == 3);
   CHECK(requirements_of(scene).smallest_radius == 0.5);
   CHECK(requirements_of(scene).largest_radius == 2);
@@ -113,7 +115,7 @@ TEST_CASE("the extent is the largest number among centres, radii, the eye and it
 }
 
 TEST_CASE("the nearest surface is measured from the eye, out of a sphere or inside it") {
-  Scene scene = with_spheres({diffuse()}, {{{0, 0, -5}, 1, 0}, {{0, 0, 0}, 7, 0}});
+  Scene scene = with_spheres({diffuse(0.5)}, {{{0, 0, -5}, 1, 0}, {{0, 0, 0}, 7, 0}});
   scene.camera.tan_half_vfov = 0.25;
   CHECK(requirements_of(scene).nearest == 4);
   CHECK(requirements_of(scene).view_height == 2);
@@ -124,7 +126,7 @@ TEST_CASE("the nearest surface is measured from the eye, out of a sphere or insi
 
 TEST_CASE("what storing in single precision moves is found in every coordinate and the radius") {
   const double moved = 1 + 0x1p-26;
-  const Scene exact = with_spheres({diffuse()}, {{{1, 2, 3}, 1, 0}, {{0.5, -8, 0}, 0.25, 0}});
+  const Scene exact = with_spheres({diffuse(0.5)}, {{{1, 2, 3}, 1, 0}, {{0.5, -8, 0}, 0.25, 0}});
   CHECK(requirements_of(exact).stored_shift == 0);
   for (int place = 0; place < 4; ++place) {
     Scene scene = exact;
@@ -148,7 +150,7 @@ TEST_CASE(
 }
 
 TEST_CASE("automatic precision: f32 while computing moves them by 2^-13 of the nearest view") {
-  Scene scene = with_spheres({diffuse()}, {{{0, 0, -2}, 1, 0}});  // extent 2, nearest 1
+  Scene scene = with_spheres({diffuse(0.5)}, {{{0, 0, -2}, 1, 0}});  // extent 2, nearest 1
   scene.camera.tan_half_vfov = 0x1p-11;
   CHECK(requirements_of(scene).computed_shift() == 0x1p-13 * requirements_of(scene).view_height);
   CHECK(resolved(scene).precision == Precision::f32);
@@ -166,7 +168,7 @@ TEST_CASE("automatic precision: where storing in single precision would be seen,
   scene.spheres[1].center.y += 0x1p-50;
   CHECK(resolved(scene).precision == Precision::f64);
   // Nor is it when the view is narrow.
-  Scene narrow = with_spheres({diffuse()}, {{{0, 0, -2}, 1 + 0x1p-25, 0}});
+  Scene narrow = with_spheres({diffuse(0.5)}, {{{0, 0, -2}, 1 + 0x1p-25, 0}});
   narrow.camera.tan_half_vfov = 0x1p-15;
   CHECK(resolved(narrow).precision == Precision::f64);
   narrow.spheres[0].radius = 1;
@@ -174,7 +176,7 @@ TEST_CASE("automatic precision: where storing in single precision would be seen,
 }
 
 TEST_CASE("an eye on a surface gets the precision that leaves the surface where it is") {
-  Scene scene = with_spheres({diffuse()}, {{{0, 0, -1}, 1, 0}});
+  Scene scene = with_spheres({diffuse(0.5)}, {{{0, 0, -1}, 1, 0}});
   CHECK(requirements_of(scene).view_height == 0);
   CHECK(resolved(scene).precision == Precision::mixed);
   scene.spheres.push_back({{9, 0.1, 0}, 1, 0});
@@ -195,7 +197,7 @@ TEST_CASE("precision does not depend on the scene's unit or on where its camera 
 }
 
 TEST_CASE("a distant camera asks for double arithmetic") {
-  Scene scene = with_spheres({diffuse()}, {{{0, 0, 0}, 1, 0}});
+  Scene scene = with_spheres({diffuse(0.5)}, {{{0, 0, 0}, 1, 0}});
   scene.camera.look_from = {0, 0, 1e6};
   CHECK(resolved(scene).precision == Precision::mixed);
 }
@@ -223,7 +225,7 @@ TEST_CASE("the reasons name the numbers in plain words") {
   CHECK(reasons(of_spread(8)).precision_reason ==
         "computing in single precision moves surfaces by up to 5.96e-08, less than a millionth of "
         "the smallest radius (invisible up to 1/256)");
-  Scene narrow = with_spheres({diffuse()}, {{{0, 0, -2}, 1.1, 0}});
+  Scene narrow = with_spheres({diffuse(0.5)}, {{{0, 0, -2}, 1.1, 0}});
   narrow.camera.tan_half_vfov = 1e-9;
   CHECK(reasons(narrow).precision_reason ==
         "storing in single precision would move surfaces by up to 2.38e-08, 13.2 times the "
@@ -237,7 +239,7 @@ TEST_CASE("a handful of spheres is searched in line, more through the hierarchy"
   AcceleratorKind last = AcceleratorKind::linear;
   int changes = 0;
   for (int count = 0; count <= 100; ++count) {
-    const AcceleratorKind kind = resolved(with_spheres({diffuse()}, spheres)).accelerator;
+    const AcceleratorKind kind = resolved(with_spheres({diffuse(0.5)}, spheres)).accelerator;
     CHECK(kind != AcceleratorKind::automatic);
     changes += kind != last ? 1 : 0;
     last = kind;
@@ -276,10 +278,7 @@ TEST_CASE("resolving twice changes nothing more, and leaves the rest alone") {
 }
 
 TEST_CASE("the shipped scenes require what they show") {
-  const auto of = [](const std::string& name) {
-    return requirements_of(
-        read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + name).scene);
-  };
+  const auto of = [](const std::string& name) { return requirements_of(shipped(name).scene); };
   const Requirements weekend = of("one-weekend-484.json");
   CHECK(weekend.spheres == 484);
   CHECK(weekend.diffuse + weekend.metal + weekend.dielectric == 484);

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -20,12 +19,14 @@
 #include "tests/support/memory.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/with_value.h"
 
 namespace parray {
 namespace {
 
 using test::Dice;
 using test::small_scene;
+using test::with_value;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double inf = std::numeric_limits<double>::infinity();
@@ -47,12 +48,6 @@ std::optional<Scene> decoded(const std::string& bytes) {
 }
 
 bool refused(const std::string& bytes) { return !decoded(bytes); }
-
-template <typename T>
-std::string with(std::string bytes, std::size_t at, T value) {
-  std::memcpy(bytes.data() + at, &value, sizeof value);
-  return bytes;
-}
 
 /// A scene of two materials and three spheres, small enough for exhaustive damage.
 Scene tiny_scene() {
@@ -246,11 +241,11 @@ TEST_CASE("a count larger than the data is refused before anything is allocated"
                                     limits::max_shapes + 1, std::uint64_t{1} << 40, UINT64_MAX,
                                     UINT64_MAX / material_size, UINT64_MAX / sphere_size + 1}) {
     CAPTURE(count);
-    CHECK(refused(with(bytes, material_count_at, count)));
-    CHECK(refused(with(bytes, sphere_count_at, count)));
+    CHECK(refused(with_value(bytes, material_count_at, count)));
+    CHECK(refused(with_value(bytes, sphere_count_at, count)));
   }
   CHECK(test::peak_address_space() - before < std::uint64_t{64} << 20);
-  CHECK(refused(with(bytes, sphere_count_at, std::uint64_t{2})));  // one sphere is left over
+  CHECK(refused(with_value(bytes, sphere_count_at, std::uint64_t{2})));  // one sphere is left over
 }
 
 TEST_CASE("a number that the kernel could not bear is refused") {
@@ -275,28 +270,29 @@ TEST_CASE("a number that the kernel could not bear is refused") {
         Range{"center", spheres_at + 16, -reach, reach},
         Range{"radius", spheres_at + 24, limits::min_radius, reach}}) {
     CAPTURE(range.name);
-    CHECK_FALSE(refused(with(bytes, range.at, range.low)));
-    CHECK_FALSE(refused(with(bytes, range.at, range.high)));
-    CHECK(refused(with(bytes, range.at, std::nextafter(range.high, inf))));
-    CHECK(refused(with(bytes, range.at, std::nextafter(range.low, -inf))));
-    for (const double bad : {nan, -nan, inf, -inf}) CHECK(refused(with(bytes, range.at, bad)));
+    CHECK_FALSE(refused(with_value(bytes, range.at, range.low)));
+    CHECK_FALSE(refused(with_value(bytes, range.at, range.high)));
+    CHECK(refused(with_value(bytes, range.at, std::nextafter(range.high, inf))));
+    CHECK(refused(with_value(bytes, range.at, std::nextafter(range.low, -inf))));
+    for (const double bad : {nan, -nan, inf, -inf})
+      CHECK(refused(with_value(bytes, range.at, bad)));
   }
   for (const double radius : {0.0, -0.0, -1.0}) {
-    CHECK(refused(with(bytes, spheres_at + 24, radius)));
+    CHECK(refused(with_value(bytes, spheres_at + 24, radius)));
   }
 }
 
 TEST_CASE("a reference that leads nowhere is refused") {
   const std::string bytes = scene_to_bytes(tiny_scene());
   const std::size_t spheres_at = materials_at + 2 * material_size + 8;
-  CHECK(refused(with(bytes, spheres_at + 32, std::uint32_t{2})));
-  CHECK(refused(with(bytes, spheres_at + 32, UINT32_MAX)));
-  CHECK_FALSE(refused(with(bytes, spheres_at + 32, std::uint32_t{1})));
-  CHECK(refused(with(bytes, materials_at, std::uint8_t{3})));
-  CHECK(refused(with(bytes, materials_at, std::uint8_t{255})));
-  CHECK(refused(with(bytes, 0, 'p')));
-  CHECK(refused(with(bytes, 7, '2')));  // another camera
-  CHECK(refused(with(bytes, 7, '3')));  // another version
+  CHECK(refused(with_value(bytes, spheres_at + 32, std::uint32_t{2})));
+  CHECK(refused(with_value(bytes, spheres_at + 32, UINT32_MAX)));
+  CHECK_FALSE(refused(with_value(bytes, spheres_at + 32, std::uint32_t{1})));
+  CHECK(refused(with_value(bytes, materials_at, std::uint8_t{3})));
+  CHECK(refused(with_value(bytes, materials_at, std::uint8_t{255})));
+  CHECK(refused(with_value(bytes, 0, 'p')));
+  CHECK(refused(with_value(bytes, 7, '2')));  // another camera
+  CHECK(refused(with_value(bytes, 7, '3')));  // another version
 }
 
 TEST_CASE("a camera that looks nowhere is refused") {
@@ -323,13 +319,13 @@ TEST_CASE("an orthographic camera has a form of its own, which older programs re
   CHECK(bytes.size() == perspective.size() - sizeof(double));
   CHECK(decoded(bytes) == scene);
   CHECK(scene_identity(scene) == scene_identity(bytes));
-  CHECK(refused(with(bytes, 7, '1')));
+  CHECK(refused(with_value(bytes, 7, '1')));
   const std::size_t height_at = camera_at + 72;
-  CHECK_FALSE(refused(with(bytes, height_at, limits::min_radius)));
-  CHECK_FALSE(refused(with(bytes, height_at, limits::max_length)));
+  CHECK_FALSE(refused(with_value(bytes, height_at, limits::min_radius)));
+  CHECK_FALSE(refused(with_value(bytes, height_at, limits::max_length)));
   for (const double bad : {nan, inf, 0.0, -1.0, std::nextafter(limits::min_radius, 0),
                            std::nextafter(limits::max_length, inf)}) {
-    CHECK(refused(with(bytes, height_at, bad)));
+    CHECK(refused(with_value(bytes, height_at, bad)));
   }
   for (std::size_t size = 0; size < bytes.size(); ++size) CHECK(refused(bytes.substr(0, size)));
   for (const double height : {limits::min_radius, 1.0, limits::max_length}) {

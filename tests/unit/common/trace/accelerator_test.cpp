@@ -1,6 +1,5 @@
 #include <doctest/doctest.h>
 
-#include <array>
 #include <memory>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/lane_search.h"
+#include "tests/support/precisions.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/tracers.h"
@@ -20,9 +20,6 @@
 /// What one accelerator serves, and for how long.
 namespace parray::test {
 namespace {
-
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
-constexpr std::array kinds{AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree};
 
 /// Enough spheres for a tree of several levels.
 Scene crowd() {
@@ -72,7 +69,7 @@ TEST_CASE(
   const std::vector<View> views = views_of(scene);
   for (const Precision precision : precisions) {
     CAPTURE(name_of(precision));
-    for (const AcceleratorKind kind : kinds) {
+    for (const AcceleratorKind kind : accelerators) {
       CAPTURE(name_of(kind));
       for (const Isa isa : instruction_sets()) {
         CAPTURE(name_of(isa));
@@ -101,7 +98,7 @@ TEST_CASE(
 
 TEST_CASE("a tracer needs neither the scene nor anybody else to keep its accelerator") {
   const FloatMode ieee;
-  for (const AcceleratorKind kind : kinds) {
+  for (const AcceleratorKind kind : accelerators) {
     CAPTURE(name_of(kind));
     RenderSettings settings = small_settings(small_scene());
     settings.accelerator = kind;
@@ -122,7 +119,7 @@ TEST_CASE("a tracer needs neither the scene nor anybody else to keep its acceler
 TEST_CASE("an accelerator says what it was made for, and which settings it serves") {
   RenderSettings settings = small_settings(small_scene());
   for (const Precision precision : precisions) {
-    for (const AcceleratorKind kind : kinds) {
+    for (const AcceleratorKind kind : accelerators) {
       const bool octree = kind == AcceleratorKind::octree;  // scalar, whatever is asked for
       const auto accelerator = make_accelerator(small_scene(), precision, kind, Isa::automatic);
       CHECK(accelerator->precision() == precision);

@@ -19,7 +19,7 @@ namespace parray::test {
 namespace {
 
 template <typename Store>
-Spheres<Store> cloud(Dice& dice, double scale, double offset) {
+Spheres<Store> offset_cloud(Dice& dice, double scale, double offset) {
   Spheres<Store> spheres;
   for (int i = 0; i < 300; ++i) {
     const Vec3d center = Vec3d{offset, -offset, 0} + scale * dice.in_cube(10);
@@ -68,7 +68,7 @@ Ray<typename P::Real> along_axis(const Spheres<typename P::Store>& spheres, Dice
 template <typename P>
 void check_like_linear(Dice& dice, double scale, double offset) {
   using Real = typename P::Real;
-  const auto stored = cloud<typename P::Store>(dice, scale, offset);
+  const auto stored = offset_cloud<typename P::Store>(dice, scale, offset);
   const Spheres<Real> spheres = as<Real>(stored);
   const Linear<Real> linear(spheres);
   std::vector<Query<Real>> queries(SampleBatch::most);

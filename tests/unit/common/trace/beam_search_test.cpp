@@ -14,9 +14,6 @@
 namespace parray::test {
 namespace {
 
-template <typename P>
-using Stored = Spheres<typename P::Store>;
-
 /// Returns a vector that differs from `v` by about `amount` in each component, relative to it.
 template <typename Real>
 Vec3<Real> varied(const Vec3<Real>& v, double amount, Dice& dice) {

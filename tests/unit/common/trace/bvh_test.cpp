@@ -48,9 +48,6 @@ struct Trial {
 };
 
 template <typename P>
-using Stored = Spheres<typename P::Store>;
-
-template <typename P>
 Trial<typename P::Real> trial(const Stored<P>& stored, Dice& dice, int rays) {
   using Real = typename P::Real;
   const Spheres<Real> spheres = as<Real>(stored);
@@ -109,7 +106,7 @@ void check_hits(const Trial<Real>& trial) {
 }
 
 template <typename P>
-void check_equal(const std::string& name, const Stored<P>& spheres, Dice& dice, int rays) {
+void check_lanes(const std::string& name, const Stored<P>& spheres, Dice& dice, int rays) {
   CAPTURE(name);
   const auto all = trial<P>(spheres, dice, rays);
   const auto outside = all.outside();
@@ -131,21 +128,21 @@ TEST_CASE_TEMPLATE("lanes find the very hits of linear search", P, SinglePrecisi
   using Store = typename P::Store;
   Dice dice(1);
   const int rays = static_cast<int>(trials(7000));
-  check_equal<P>("scattered", scattered<Store>(dice), dice, 2 * rays);
-  check_equal<P>("clustered", clustered<Store>(dice), dice, rays);
-  check_equal<P>("one weekend", one_weekend<Store>(dice), dice, 2 * rays);
-  check_equal<P>("tiny and far", tiny_far<Store>(dice), dice, 2 * rays);
-  check_equal<P>("concentric", concentric<Store>(dice), dice, rays);
-  check_equal<P>("collinear", collinear<Store>(dice), dice, rays);
-  check_equal<P>("doubled grid", doubled_grid<Store>(dice), dice, 2 * rays);
-  check_equal<P>("ring", ring<Store>(dice), dice, rays);
-  check_equal<P>("every size", every_size<Store>(dice), dice, rays);
-  check_equal<P>("few giants", touching_giants<Store>(dice, 3), dice, 2 * rays);
-  check_equal<P>("many giants", touching_giants<Store>(dice, 40), dice, rays);
-  check_equal<P>("10 000 coincident", coincident<Store>(10'000), dice, rays / 10);
-  check_equal<P>("one", coincident<Store>(1), dice, rays);
-  check_equal<P>("two", coincident<Store>(2), dice, rays);
-  check_equal<P>("two apart", {shape<Store>({}, 1), shape<Store>({3, 0, 0}, 1)}, dice, rays);
+  check_lanes<P>("scattered", scattered<Store>(dice), dice, 2 * rays);
+  check_lanes<P>("clustered", clustered<Store>(dice), dice, rays);
+  check_lanes<P>("one weekend", one_weekend<Store>(dice), dice, 2 * rays);
+  check_lanes<P>("tiny and far", tiny_far<Store>(dice), dice, 2 * rays);
+  check_lanes<P>("concentric", concentric<Store>(dice), dice, rays);
+  check_lanes<P>("collinear", collinear<Store>(dice), dice, rays);
+  check_lanes<P>("doubled grid", doubled_grid<Store>(dice), dice, 2 * rays);
+  check_lanes<P>("ring", ring<Store>(dice), dice, rays);
+  check_lanes<P>("every size", every_size<Store>(dice), dice, rays);
+  check_lanes<P>("few giants", touching_giants<Store>(dice, 3), dice, 2 * rays);
+  check_lanes<P>("many giants", touching_giants<Store>(dice, 40), dice, rays);
+  check_lanes<P>("10 000 coincident", coincident<Store>(10'000), dice, rays / 10);
+  check_lanes<P>("one", coincident<Store>(1), dice, rays);
+  check_lanes<P>("two", coincident<Store>(2), dice, rays);
+  check_lanes<P>("two apart", {shape<Store>({}, 1), shape<Store>({3, 0, 0}, 1)}, dice, rays);
 }
 
 TEST_CASE_TEMPLATE("where there is no sphere, none is hit", P, SinglePrecision, MixedPrecision,
@@ -221,7 +218,7 @@ TEST_CASE_TEMPLATE("a tree so deep that few rays travel together finds the same"
            static_cast<double>(sphere.center.x) > limits::max_length;
   });
   Dice dice(3);
-  check_equal<P>("ever farther", spheres, dice, 2200);
+  check_lanes<P>("ever farther", spheres, dice, 2200);
 }
 
 }  // namespace parray::test

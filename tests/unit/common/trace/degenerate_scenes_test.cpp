@@ -1,17 +1,15 @@
 #include <doctest/doctest.h>
 
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <limits>
-#include <string>
-#include <vector>
 
 #include "common/math/float_mode.h"
 #include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
+#include "tests/support/precisions.h"
 #include "tests/support/rooms.h"
+#include "tests/support/tracers.h"
 
 /// Scenes that a careless accelerator divides for ever, or takes memory without bound for.
 namespace parray::test {
@@ -30,25 +28,6 @@ constexpr std::size_t copied_bytes_a_sphere = 4 * sizeof(double) + sizeof(std::u
 /// Lanes without a sphere take room, too.
 constexpr std::size_t most_bytes_a_block = 400;
 
-constexpr std::array precisions{Precision::f32, Precision::f64};
-constexpr std::array accelerators{AcceleratorKind::linear, AcceleratorKind::bvh,
-                                  AcceleratorKind::octree};
-
-struct Sums {
-  std::vector<PixelSums> pixels;
-  TraceCounts counts;
-};
-
-Sums trace(const PathTracer& tracer, const RenderSettings& settings) {
-  Sums sums{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
-  for (std::uint32_t y = 0; y < settings.height; ++y) {
-    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
-                 std::span(sums.pixels).subspan(std::size_t{y} * settings.width, settings.width),
-                 sums.counts);
-  }
-  return sums;
-}
-
 /// Every accelerator gives the sums of linear search, in bounded memory; `met`: rays meet spheres.
 void check_accelerators(const Scene& scene, bool met = true) {
   const FloatMode mode;
@@ -57,11 +36,11 @@ void check_accelerators(const Scene& scene, bool met = true) {
   settings.height = 6;
   settings.samples_per_pixel = 1;
   settings.max_depth = 6;
-  for (const Precision precision : precisions) {
+  for (const Precision precision : {Precision::f32, Precision::f64}) {
     CAPTURE(name_of(precision));
     settings.precision = precision;
     settings.accelerator = AcceleratorKind::linear;
-    const Sums expected = trace(*make_path_tracer(scene, settings), settings);
+    const ReferenceSums expected = sums_of(*make_path_tracer(scene, settings), settings);
     const std::uint64_t samples = std::uint64_t{8} * 6;
     CHECK(expected.counts.samples == samples);
     CHECK(expected.counts.nonfinite == 0);
@@ -70,7 +49,7 @@ void check_accelerators(const Scene& scene, bool met = true) {
       CAPTURE(name_of(accelerator));
       settings.accelerator = accelerator;
       const auto tracer = make_path_tracer(scene, settings);
-      const Sums found = trace(*tracer, settings);
+      const ReferenceSums found = sums_of(*tracer, settings);
       CHECK(found.pixels == expected.pixels);
       CHECK(found.counts.rays == expected.counts.rays);
       // Paths of the octree look up the spheres outside the tree.

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "cli/input/scene_file/scene_file.h"
@@ -14,20 +13,25 @@
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/lane_accelerator.h"
+#include "tests/support/precisions.h"
 #include "tests/support/reference_tracer.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_materials.h"
+#include "tests/support/shipped_scene.h"
+#include "tests/support/tracers.h"
 
 /// Scenes whose every sample is known exactly.
 namespace parray {
 namespace {
 
+using test::diffuse;
+using test::glass;
+using test::shipped;
 using test::TracedPicture;
 
 constexpr std::uint64_t one = std::uint64_t{1} << 32;  // radiance 1 in fixed point, sky 1
 
-struct Picture {
-  std::vector<PixelSums> pixels;
-  TraceCounts counts;
+struct FurnacePicture : test::ReferenceSums {
   std::uint32_t spp = 0;
 
   /// Pixels whose sums are not those of `spp` samples of this fixed-point radiance.
@@ -45,28 +49,19 @@ struct Picture {
   }
 };
 
-Picture traced(const Scene& scene, const RenderSettings& settings) {
-  const auto tracer = make_path_tracer(scene, settings);
-  Picture picture{std::vector<PixelSums>(std::size_t{settings.width} * settings.height),
-                  {},
-                  settings.samples_per_pixel};
-  for (std::uint32_t y = 0; y < settings.height; ++y) {
-    tracer->trace(
-        {y, 0, settings.width}, {0, settings.samples_per_pixel},
-        std::span(picture.pixels).subspan(std::size_t{y} * settings.width, settings.width),
-        picture.counts);
-  }
-  return picture;
+FurnacePicture furnace_picture(const Scene& scene, const RenderSettings& settings) {
+  return {test::sums_of(*make_path_tracer(scene, settings), settings), settings.samples_per_pixel};
 }
 
-constexpr std::uint32_t width = 30;
-constexpr std::uint32_t height = 20;
-constexpr std::uint32_t spp = 4;
+constexpr std::uint32_t furnace_width = 30;
+constexpr std::uint32_t furnace_height = 20;
+constexpr std::uint32_t furnace_spp = 4;
 
-RenderSettings small(RenderSettings settings, Precision precision, AcceleratorKind accelerator) {
-  settings.width = width;
-  settings.height = height;
-  settings.samples_per_pixel = spp;
+RenderSettings furnace_settings(RenderSettings settings, Precision precision,
+                                AcceleratorKind accelerator) {
+  settings.width = furnace_width;
+  settings.height = furnace_height;
+  settings.samples_per_pixel = furnace_spp;
   settings.precision = precision;
   settings.accelerator = accelerator;
   return settings;
@@ -74,22 +69,18 @@ RenderSettings small(RenderSettings settings, Precision precision, AcceleratorKi
 
 /// `check` for every precision and accelerator.
 template <typename Check>
-void for_all_kernels(const Scene& scene, const RenderSettings& settings, Check check) {
-  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
-    for (const AcceleratorKind accelerator :
-         {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
+void for_all_accelerators(const Scene& scene, const RenderSettings& settings, Check check) {
+  for (const Precision precision : test::precisions) {
+    for (const AcceleratorKind accelerator : test::accelerators) {
       CAPTURE(name_of(precision));
       CAPTURE(name_of(accelerator));
-      const Picture picture = traced(scene, small(settings, precision, accelerator));
-      CHECK(picture.counts.samples == std::uint64_t{width} * height * spp);
+      const FurnacePicture picture =
+          furnace_picture(scene, furnace_settings(settings, precision, accelerator));
+      CHECK(picture.counts.samples == std::uint64_t{furnace_width} * furnace_height * furnace_spp);
       CHECK(picture.counts.nonfinite == 0);
       check(picture);
     }
   }
-}
-
-SceneFile shipped(const std::string& name) {
-  return read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + name);
 }
 
 Scene under_white_sky() {
@@ -99,9 +90,6 @@ Scene under_white_sky() {
   scene.camera.tan_half_vfov = 0.5;
   return scene;
 }
-
-Material diffuse(double albedo) { return {MaterialType::diffuse, {albedo, albedo, albedo}, 0, 1}; }
-Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }
 
 /// Glass within bubbles within glass, and two solid balls that overlap.
 Scene nested_glass() {
@@ -163,7 +151,7 @@ template <typename Real>
 TracedPicture<Real> trace_scene(const Scene& scene, std::uint32_t depth) {
   TracedPicture<Real> result{
       {{}, {}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
-      {CameraRays<Real>(scene.camera, width, height), {}, depth}};
+      {CameraRays<Real>(scene.camera, furnace_width, furnace_height), {}, depth}};
   add_shapes<Real>(scene, {}, result);
   return result;
 }
@@ -172,7 +160,7 @@ TracedPicture<Real> trace_scene(const Scene& scene, std::uint32_t depth) {
 
 TEST_CASE("the shipped furnace is exactly 1 in every sample") {
   const SceneFile file = shipped("furnace.json");
-  for_all_kernels(file.scene, file.settings, [](const Picture& picture) {
+  for_all_accelerators(file.scene, file.settings, [](const FurnacePicture& picture) {
     CHECK(picture.pixels_other_than(one) == 0);
     CHECK(picture.counts.rays > 2 * picture.counts.samples);
   });
@@ -180,7 +168,7 @@ TEST_CASE("the shipped furnace is exactly 1 in every sample") {
 
 TEST_CASE("the shipped cavity is exactly 0 in every sample") {
   const SceneFile file = shipped("cavity.json");
-  for_all_kernels(file.scene, file.settings, [&](const Picture& picture) {
+  for_all_accelerators(file.scene, file.settings, [&](const FurnacePicture& picture) {
     CHECK(picture.pixels_other_than(0) == 0);
     CHECK(picture.counts.rays == picture.counts.samples * file.settings->max_depth);
   });
@@ -196,19 +184,19 @@ TEST_CASE("a sample of a lone diffuse sphere of albedo 1/2 is exactly 1/2 at eve
     scene.camera.look_from = {0, 0, 3 * r};
     scene.materials = {diffuse(0.5)};
     scene.spheres = {{{0, 0, 0}, r, 0}};
-    for_all_kernels(scene, settings, [](const Picture& picture) {
+    for_all_accelerators(scene, settings, [](const FurnacePicture& picture) {
       std::uint64_t hits = 0;
       for (const PixelSums& pixel : picture.pixels) {
-        const std::uint64_t misses = (pixel.sum[0] - spp * (one / 2)) / (one / 2);
+        const std::uint64_t misses = (pixel.sum[0] - furnace_spp * (one / 2)) / (one / 2);
         PixelSums expected;
-        const std::uint64_t odd_misses = (pixel.odd[0] - spp / 2 * (one / 2)) / (one / 2);
-        for (std::uint32_t s = 0; s < spp; ++s) {
+        const std::uint64_t odd_misses = (pixel.odd[0] - furnace_spp / 2 * (one / 2)) / (one / 2);
+        for (std::uint32_t s = 0; s < furnace_spp; ++s) {
           const std::uint64_t missed = s % 2 == 1 ? odd_misses : misses - odd_misses;
           const std::uint64_t value = s / 2 < missed ? one : one / 2;
           expected.add({value, value, value}, s);
         }
         REQUIRE(pixel == expected);
-        hits += spp - misses;
+        hits += furnace_spp - misses;
       }
       CHECK(hits > 300);
       CHECK(picture.counts.rays == picture.counts.samples + hits);  // none met the sphere twice
@@ -262,7 +250,7 @@ TEST_CASE("nothing leaks out of a closed diffuse sphere at any radius, wherever 
       scene.camera.look_at = {-r, -0.3 * r, 0.2 * r};
       scene.materials = {diffuse(1)};
       scene.spheres = {{{0, 0, 0}, r, 0}};
-      for_all_kernels(scene, settings, [&](const Picture& picture) {
+      for_all_accelerators(scene, settings, [&](const FurnacePicture& picture) {
         CHECK(picture.pixels_other_than(0) == 0);
         CHECK(picture.counts.rays == picture.counts.samples * settings.max_depth);
       });
@@ -280,8 +268,9 @@ TEST_CASE("nothing leaks into a closed sphere of any material from a camera in i
     scene.materials = {material, diffuse(1), glass(1.5)};
     // A ground-sized sphere through the wall and a bubble at the camera.
     scene.spheres = {{{0, 0, 0}, 1000, 0}, {{0, -1500, 0}, 900, 1}, {{700, 0, 0}, 2, 2}};
-    for_all_kernels(scene, settings,
-                    [](const Picture& picture) { CHECK(picture.pixels_other_than(0) == 0); });
+    for_all_accelerators(scene, settings, [](const FurnacePicture& picture) {
+      CHECK(picture.pixels_other_than(0) == 0);
+    });
   }
 }
 
@@ -289,8 +278,9 @@ TEST_CASE("a sample that is not a number is counted and adds nothing, even under
   Scene scene = under_white_sky();
   scene.camera.aperture = 1;
   scene.camera.focus_distance = 1e-300;  // no reader accepts it; in single precision it is 0
-  const Picture picture = traced(scene, small({}, Precision::f32, AcceleratorKind::linear));
-  CHECK(picture.counts.samples == std::uint64_t{width} * height * spp);
+  const FurnacePicture picture =
+      furnace_picture(scene, furnace_settings({}, Precision::f32, AcceleratorKind::linear));
+  CHECK(picture.counts.samples == std::uint64_t{furnace_width} * furnace_height * furnace_spp);
   CHECK(picture.counts.nonfinite == picture.counts.samples);
   CHECK(picture.pixels_other_than(0) == 0);
 }
@@ -313,8 +303,9 @@ TEST_CASE_TEMPLATE("no material turns a normal that is not a number into plain b
 TEST_CASE("glass in glass loses no light") {
   RenderSettings settings;
   settings.max_depth = 100'000;
-  for_all_kernels(nested_glass(), settings,
-                  [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
+  for_all_accelerators(nested_glass(), settings, [](const FurnacePicture& picture) {
+    CHECK(picture.pixels_other_than(one) == 0);
+  });
 }
 
 TEST_CASE("glass inside the same glass changes no path, whatever the depth") {
@@ -333,10 +324,12 @@ TEST_CASE("glass inside the same glass changes no path, whatever the depth") {
     filled.capsules.push_back({dice.in_cube(0.3), dice.in_cube(0.4), 0.1, 0});
   }
   for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
-    const Picture alone = traced(ball, small(settings, precision, AcceleratorKind::bvh));
+    const FurnacePicture alone =
+        furnace_picture(ball, furnace_settings(settings, precision, AcceleratorKind::bvh));
     for (const Isa isa : instruction_sets()) {
       settings.isa = isa;
-      const Picture full = traced(filled, small(settings, precision, AcceleratorKind::bvh));
+      const FurnacePicture full =
+          furnace_picture(filled, furnace_settings(settings, precision, AcceleratorKind::bvh));
       std::uint64_t apart = 0;
       for (std::size_t i = 0; i < alone.pixels.size(); ++i) {
         const auto a = static_cast<double>(alone.pixels[i].sum[0]);
@@ -352,8 +345,9 @@ TEST_CASE("glass inside the same glass changes no path, whatever the depth") {
 TEST_CASE("glass sticks in a white sky are exactly 1 in every sample") {
   RenderSettings settings;
   settings.max_depth = 100'000;
-  for_all_kernels(nested_sticks(), settings,
-                  [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
+  for_all_accelerators(nested_sticks(), settings, [](const FurnacePicture& picture) {
+    CHECK(picture.pixels_other_than(one) == 0);
+  });
 }
 
 TEST_CASE("a sample of a lone diffuse stick of albedo 1/2 is 1/2 or 1, at every scale") {
@@ -366,7 +360,7 @@ TEST_CASE("a sample of a lone diffuse stick of albedo 1/2 is 1/2 or 1, at every 
     scene.camera.look_from = {0, r, 5 * r};
     scene.materials = {diffuse(0.5)};
     scene.capsules = {{{-r, 0, 0}, {2 * r, r, -r}, 0.7 * r, 0}};
-    for_all_kernels(scene, settings, [](const Picture& picture) {
+    for_all_accelerators(scene, settings, [](const FurnacePicture& picture) {
       for (const PixelSums& pixel : picture.pixels) REQUIRE(pixel.sum[0] % (one / 2) == 0);
       CHECK(picture.counts.rays > picture.counts.samples);
     });
@@ -378,10 +372,11 @@ TEST_CASE_TEMPLATE("a path goes into and out of every stick in turn", Real, floa
   std::uint64_t broken = 0;
   const TracedPicture<Real> scene = trace_scene<Real>(nested_sticks(), 1000);
   const Linear<Real> linear(scene.spheres);
-  for (std::uint32_t pixel = 0; pixel < width * height; ++pixel) {
+  for (std::uint32_t pixel = 0; pixel < furnace_width * furnace_height; ++pixel) {
     for (std::uint32_t s = 0; s < 16; ++s) {
       const SampleRandom random(5, pixel, s);
-      const Ray<Real> ray = scene.view.template ray<Real>(pixel % width, pixel / width, random);
+      const Ray<Real> ray =
+          scene.view.template ray<Real>(pixel % furnace_width, pixel / furnace_width, random);
       broken += alternates(scene, linear, ray, random, crossings) ? 0U : 1U;
     }
   }
@@ -395,10 +390,11 @@ TEST_CASE("a white metal sphere in a white sky loses nothing but what fuzz absor
   scene.camera.look_from = {0, 0, 3};
   scene.materials = {{MaterialType::metal, {1, 1, 1}, 0, 1}};
   scene.spheres = {{{0, 0, 0}, 1, 0}};
-  for_all_kernels(scene, settings,
-                  [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
+  for_all_accelerators(scene, settings, [](const FurnacePicture& picture) {
+    CHECK(picture.pixels_other_than(one) == 0);
+  });
   scene.materials[0].fuzz = 1;
-  for_all_kernels(scene, settings, [](const Picture& picture) {
+  for_all_accelerators(scene, settings, [](const FurnacePicture& picture) {
     for (const PixelSums& pixel : picture.pixels) {
       REQUIRE(pixel.sum[0] % one == 0);  // each sample is all or nothing
     }
@@ -412,10 +408,11 @@ TEST_CASE_TEMPLATE("a path goes into and out of every sphere in turn", Real, flo
   const TracedPicture<Real> scene = trace_scene<Real>(nested_glass(), 1000);
   const Linear<Real> linear(scene.spheres);
   const test::LaneTree<Real> tree(scene.spheres);
-  for (std::uint32_t pixel = 0; pixel < width * height; ++pixel) {
+  for (std::uint32_t pixel = 0; pixel < furnace_width * furnace_height; ++pixel) {
     for (std::uint32_t s = 0; s < 16; ++s) {
       const SampleRandom random(5, pixel, s);
-      const Ray<Real> ray = scene.view.template ray<Real>(pixel % width, pixel / width, random);
+      const Ray<Real> ray =
+          scene.view.template ray<Real>(pixel % furnace_width, pixel / furnace_width, random);
       broken += alternates(scene, linear, ray, random, crossings) ? 0U : 1U;
       broken += alternates(scene, tree, ray, random, crossings) ? 0U : 1U;
     }

@@ -15,10 +15,10 @@
 namespace parray::test {
 namespace {
 
-using Spheres = std::multiset<std::uint32_t>;
+using SphereNumbers = std::multiset<std::uint32_t>;
 
-Spheres contents(const InsideLists& lists, std::uint32_t head) {
-  Spheres result;
+SphereNumbers contents(const InsideLists& lists, std::uint32_t head) {
+  SphereNumbers result;
   for (std::uint32_t link = head; link != InsideLists::none; link = lists.next(link)) {
     result.insert(lists.shape(link));
   }
@@ -38,7 +38,7 @@ class Model {
   }
   /// Any of the path's spheres, be it first, last or in the middle.
   void remove_one(std::size_t path, Dice& dice) {
-    Spheres& spheres = expected_[path];
+    SphereNumbers& spheres = expected_[path];
     if (!spheres.empty()) {
       const auto chosen =
           std::next(spheres.begin(), static_cast<std::ptrdiff_t>(dice.below(spheres.size())));
@@ -74,7 +74,7 @@ class Model {
  private:
   InsideLists lists_;
   std::vector<std::uint32_t> heads_;
-  std::vector<Spheres> expected_;
+  std::vector<SphereNumbers> expected_;
   std::size_t size_ = 0;
   std::size_t largest_ = 0;
 };
@@ -110,7 +110,7 @@ TEST_CASE("lists of spheres are multisets, whatever is pushed, removed, released
 TEST_CASE("a list keeps its spheres when the pool grows under it") {
   InsideLists lists;
   std::uint32_t head = InsideLists::none;
-  Spheres expected;
+  SphereNumbers expected;
   for (std::uint32_t sphere = 0; sphere < 5000; ++sphere) {
     head = lists.push(head, sphere);
     expected.insert(sphere);

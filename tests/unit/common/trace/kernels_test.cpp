@@ -1,7 +1,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -9,24 +8,20 @@
 #include <utility>
 #include <vector>
 
-#include "cli/input/scene_file/scene_file.h"
 #include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/lane_search.h"
+#include "tests/support/precisions.h"
 #include "tests/support/reference_tracer.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/shipped_scene.h"
+#include "tests/support/tracers.h"
 
 /// The lane kernels' sums against those of the scalar reference, to the last bit.
 namespace parray::test {
 namespace {
-
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
-
-Scene shipped(const std::string& name) {
-  return read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + name).scene;
-}
 
 /// small_scene() with every sphere of one material.
 Scene all_of(const Material& material) {
@@ -98,7 +93,7 @@ Scene cut_crowd() {
 }
 
 /// Seen by parallel rays: as high as `view_height`, from so far.
-Scene orthographic(Scene scene, double view_height, double distance = 13) {
+Scene seen_by_parallel_rays(Scene scene, double view_height, double distance = 13) {
   Camera& camera = scene.camera;
   const Vec3d back = normalize(camera.look_from - camera.look_at);
   camera.look_from = camera.look_at + distance * back;
@@ -116,10 +111,10 @@ struct NamedScene {
 std::vector<NamedScene> scenes() {
   std::vector<NamedScene> result;
   result.push_back({"small", small_scene()});
-  result.push_back({"one weekend", shipped("one-weekend-20.json")});
-  result.push_back({"one weekend, a deep tree", shipped("one-weekend-484.json")});
-  result.push_back({"glass", shipped("glass.json")});
-  result.push_back({"shells", shipped("shells.json")});
+  result.push_back({"one weekend", shipped("one-weekend-20.json").scene});
+  result.push_back({"one weekend, a deep tree", shipped("one-weekend-484.json").scene});
+  result.push_back({"glass", shipped("glass.json").scene});
+  result.push_back({"shells", shipped("shells.json").scene});
   result.push_back({"lens in glass", lens_in_glass()});
   result.push_back({"crowded glass", crowded_glass()});
   result.push_back({"glass in the same glass", crowded_glass()});
@@ -135,13 +130,15 @@ std::vector<NamedScene> scenes() {
   result.back().scene.camera.tan_half_vfov = 0.3;
   result.push_back({"one sphere", small_scene()});
   result.back().scene.spheres.resize(1);
-  result.push_back({"orthographic, a lens", orthographic(small_scene(), 4)});
-  result.push_back({"orthographic, a deep tree", orthographic(shipped("one-weekend-484.json"), 6)});
+  result.push_back({"orthographic, a lens", seen_by_parallel_rays(small_scene(), 4)});
+  result.push_back({"orthographic, a deep tree",
+                    seen_by_parallel_rays(shipped("one-weekend-484.json").scene, 6)});
   result.back().scene.camera.aperture = 0;
-  result.push_back({"shells cut by the camera", orthographic(shipped("shells.json"), 3, 0.01)});
-  result.push_back({"a crowd cut by the camera", orthographic(crowded_glass(), 5, 0.3)});
+  result.push_back(
+      {"shells cut by the camera", seen_by_parallel_rays(shipped("shells.json").scene, 3, 0.01)});
+  result.push_back({"a crowd cut by the camera", seen_by_parallel_rays(crowded_glass(), 5, 0.3)});
   result.back().scene.camera.aperture = 0.4;
-  result.push_back({"matt spheres cut by the camera", orthographic(cut_crowd(), 8, 0.2)});
+  result.push_back({"matt spheres cut by the camera", seen_by_parallel_rays(cut_crowd(), 8, 0.2)});
   result.push_back({"sticks", sticks(300)});
   result.push_back({"one stick", sticks(1)});
   result.push_back({"sticks alone", sticks(30)});
@@ -151,13 +148,13 @@ std::vector<NamedScene> scenes() {
   for (Sphere& sphere : result.back().scene.spheres) sphere.material = 0;
   for (Capsule& capsule : result.back().scene.capsules) capsule.material = 0;
   result.push_back({"lens in sticks", lens_in_sticks()});
-  result.push_back({"sticks cut by the camera", orthographic(sticks(300), 5, 0.3)});
+  result.push_back({"sticks cut by the camera", seen_by_parallel_rays(sticks(300), 5, 0.3)});
   result.push_back({"no number", small_scene()});
   result.back().scene.camera.focus_distance = 1e-300;  // no reader accepts it
   return result;
 }
 
-RenderSettings settings_of(Precision precision) {
+RenderSettings kernel_settings(Precision precision) {
   RenderSettings settings;
   settings.width = 37;  // no multiple of any width of lanes
   settings.height = 4;
@@ -168,23 +165,12 @@ RenderSettings settings_of(Precision precision) {
   return settings;
 }
 
-ReferenceSums sums_of(const PathTracer& tracer, const RenderSettings& settings) {
-  ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
-  for (std::uint32_t y = 0; y < settings.height; ++y) {
-    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
-                 std::span(result.pixels).subspan(std::size_t{y} * settings.width, settings.width),
-                 result.counts);
-  }
-  return result;
-}
-
 /// `check` for a scene's tracers of every instruction set and accelerator, for what it holds and
 /// with everything that a scene could contain.
 void for_all_kernels(const Scene& scene, RenderSettings settings,
                      const std::function<void(const PathTracer&)>& check) {
   for (const Isa isa : instruction_sets()) {
-    for (const AcceleratorKind accelerator :
-         {AcceleratorKind::linear, AcceleratorKind::bvh, AcceleratorKind::octree}) {
+    for (const AcceleratorKind accelerator : accelerators) {
       for (const bool general : {false, true}) {
         CAPTURE(name_of(isa));
         CAPTURE(name_of(accelerator));
@@ -273,7 +259,7 @@ TEST_CASE("every kernel's sums and counts are those of the scalar reference") {
       CAPTURE(name_of(precision));
       for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
         CAPTURE(name_of(sampler));
-        RenderSettings settings = settings_of(precision);
+        RenderSettings settings = kernel_settings(precision);
         settings.sampler = sampler;
         const ReferenceSums expected = reference_sums(named.scene, settings);
         for_all_kernels(named.scene, settings, [&](const PathTracer& tracer) {
@@ -293,7 +279,7 @@ TEST_CASE("every kernel's camera rays meet what the scalar reference's meet") {
     CAPTURE(named.name);
     for (const Precision precision : precisions) {
       CAPTURE(name_of(precision));
-      const RenderSettings settings = settings_of(precision);
+      const RenderSettings settings = kernel_settings(precision);
       const auto expected = reference_hits(named.scene, settings);
       for_all_kernels(named.scene, settings, [&](const PathTracer& tracer) {
         const std::size_t in_row = std::size_t{settings.width} * settings.samples_per_pixel;
@@ -314,7 +300,7 @@ TEST_CASE("every kernel's background is what the scalar reference's rays do not 
     if (named.name == "no number") continue;
     for (const Precision precision : precisions) {
       CAPTURE(name_of(precision));
-      RenderSettings settings = settings_of(precision);
+      RenderSettings settings = kernel_settings(precision);
       const auto expected = reference_hits(named.scene, settings);
       settings.max_depth = 1;  // what a picture of camera rays alone adds up
       const ReferenceSums sums = reference_sums(named.scene, settings);
@@ -339,7 +325,7 @@ TEST_CASE("every kernel's background is what the scalar reference's rays do not 
 
 TEST_CASE("what camera rays meet depends on pixel and sample, not on the run that asks") {
   const Scene scene = lens_in_glass();
-  const RenderSettings settings = settings_of(Precision::f32);
+  const RenderSettings settings = kernel_settings(Precision::f32);
   const auto expected = reference_hits(scene, settings);
   for_all_kernels(scene, settings, [&](const PathTracer& tracer) {
     std::vector<FirstHit> found(3 * 2);
@@ -352,7 +338,7 @@ TEST_CASE("what camera rays meet depends on pixel and sample, not on the run tha
 }
 
 TEST_CASE("the reference's scenes show what their names say") {
-  const RenderSettings settings = settings_of(Precision::f32);
+  const RenderSettings settings = kernel_settings(Precision::f32);
   for (const NamedScene& named : scenes()) {
     CAPTURE(named.name);
     const TraceCounts counts = reference_sums(named.scene, settings).counts;
@@ -366,7 +352,7 @@ TEST_CASE("the reference's scenes show what their names say") {
 TEST_CASE("paths as long as a picture allows are cut off where the reference cuts them") {
   for (const std::uint32_t depth : {1U, 2U, 3U, 200U}) {
     CAPTURE(depth);
-    RenderSettings settings = settings_of(Precision::f32);
+    RenderSettings settings = kernel_settings(Precision::f32);
     settings.max_depth = depth;
     const ReferenceSums expected = reference_sums(crowded_glass(), settings);
     for_all_kernels(crowded_glass(), settings, [&](const PathTracer& tracer) {
@@ -380,7 +366,7 @@ TEST_CASE("any split of pixels and samples gives the same sums") {
   const Scene scene = lens_in_glass();
   for (const Precision precision : precisions) {
     CAPTURE(name_of(precision));
-    RenderSettings settings = settings_of(precision);
+    RenderSettings settings = kernel_settings(precision);
     settings.height = 3;
     settings.samples_per_pixel = 40;
     const ReferenceSums expected = reference_sums(scene, settings);
@@ -401,7 +387,7 @@ TEST_CASE("runs of one sample a pixel and of one pixel fill batches alike") {
   const Scene scene = small_scene();
   for (const Precision precision : precisions) {
     CAPTURE(name_of(precision));
-    RenderSettings settings = settings_of(precision);
+    RenderSettings settings = kernel_settings(precision);
     settings.height = 1;
     using Size = std::pair<std::uint32_t, std::uint32_t>;
     constexpr std::uint32_t most = SampleBatch::most;

@@ -10,20 +10,20 @@
 
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_materials.h"
 #include "tests/support/statistics.h"
 
 namespace parray {
 namespace {
 
 using test::Dice;
+using test::glass;
+using test::metal;
 using test::z_limit;
 using test::z_score;
 
 template <typename Real>
 constexpr Real ulp = 2 * RealTraits<Real>::unit_roundoff;
-
-Material metal(double fuzz) { return {MaterialType::metal, {1, 1, 1}, fuzz, 1}; }
-Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }
 
 /// A ray that meets the surface with normal `m` at this cosine.
 template <typename Real>

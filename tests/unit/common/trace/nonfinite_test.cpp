@@ -51,33 +51,33 @@ class HoleyTracer final : public PathTracer {
                        std::span<SkySamples> /*sky*/) const override {}
 };
 
-constexpr std::uint32_t width = 9;
-constexpr std::uint32_t height = 5;
-constexpr std::uint32_t spp = 11;
+constexpr std::uint32_t holey_width = 9;
+constexpr std::uint32_t holey_height = 5;
+constexpr std::uint32_t holey_spp = 11;
 
-RenderSettings settings_of(RowOrder order) {
+RenderSettings holey_settings(RowOrder order) {
   RenderSettings settings;
-  settings.width = width;
-  settings.height = height;
-  settings.samples_per_pixel = spp;
+  settings.width = holey_width;
+  settings.height = holey_height;
+  settings.samples_per_pixel = holey_spp;
   settings.row_order = order;
   return settings;
 }
 
-TracedCells traced(const CellBatch& batch, int threads) {
+TracedCells traced_with_holes(const CellBatch& batch, int threads) {
   std::atomic<std::uint64_t> traced = 0;
   return trace_cells(HoleyTracer(), batch, threads, traced, false);
 }
 
 /// A picture whose samples are handed out in one pass, or in several.
 JobPicture traced_picture(RowOrder order, bool progressive, int threads) {
-  RenderSettings settings = settings_of(order);
+  RenderSettings settings = holey_settings(order);
   settings.progressive = progressive;
   JobPicture picture(settings, SceneFacts(test::small_scene()));
   while (picture.begin_pass()) {
     const auto plan = picture.plan();
     for (std::uint64_t cell = plan->cells(); cell-- > 0;) {
-      picture.collector().take(1, traced(plan->batch({cell, cell + 1}), threads));
+      picture.collector().take(1, traced_with_holes(plan->batch({cell, cell + 1}), threads));
     }
   }
   return picture;
@@ -85,9 +85,9 @@ JobPicture traced_picture(RowOrder order, bool progressive, int threads) {
 
 std::uint64_t holes() {
   std::uint64_t count = 0;
-  for (std::uint32_t y = 0; y < height; ++y) {
-    for (std::uint32_t x = 0; x < width; ++x) {
-      for (std::uint32_t s = 0; s < spp; ++s) count += HoleyTracer::hole(x, y, s) ? 1U : 0U;
+  for (std::uint32_t y = 0; y < holey_height; ++y) {
+    for (std::uint32_t x = 0; x < holey_width; ++x) {
+      for (std::uint32_t s = 0; s < holey_spp; ++s) count += HoleyTracer::hole(x, y, s) ? 1U : 0U;
     }
   }
   return count;
@@ -98,18 +98,19 @@ TEST_CASE("every sample that is not finite is found, with its pixel and its numb
       locate_nonfinite(HoleyTracer(), {2, 4, 9}, std::vector<SampleRange>(5, {3, 11}));
   REQUIRE(found.size() == 1);
   CHECK(found[0] == ExcludedSamples{2, 7, 6, 2});  // samples 6 and 10
-  CHECK(locate_nonfinite(HoleyTracer(), {2, 0, 7}, std::vector<SampleRange>(7, {0, spp})).empty());
+  CHECK(locate_nonfinite(HoleyTracer(), {2, 0, 7}, std::vector<SampleRange>(7, {0, holey_spp}))
+            .empty());
 }
 
 TEST_CASE("a lease that comes back in part names the excluded samples of that part alone") {
-  const auto plan = test::whole_plan(settings_of(RowOrder::sequential));
+  const auto plan = test::whole_plan(holey_settings(RowOrder::sequential));
   const CellBatch batch = plan->batch({0, plan->cells()});
   std::atomic<std::uint64_t> count = 0;
   const TracedCells part = trace_cells(HoleyTracer(), batch, 3, count, false, 1e-12);
   const CellBatch first = plan->batch(part.range);
   REQUIRE(part.range.count() < batch.range.count());
-  CHECK(fault_of(part, first, settings_of(RowOrder::sequential).max_depth).empty());
-  CHECK(part.excluded == traced(first, 1).excluded);
+  CHECK(fault_of(part, first, holey_settings(RowOrder::sequential).max_depth).empty());
+  CHECK(part.excluded == traced_with_holes(first, 1).excluded);
 }
 
 TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") {
@@ -123,8 +124,8 @@ TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") 
       CHECK(nan_pixel.first == 5);
       CHECK(nan_pixel.count == 6);
       const Image image = resolve_image(framebuffer, 1);
-      for (std::size_t pixel = 0; pixel < std::size_t{width} * height; ++pixel) {
-        const bool nothing_left = pixel == std::size_t{4} * width;
+      for (std::size_t pixel = 0; pixel < std::size_t{holey_width} * holey_height; ++pixel) {
+        const bool nothing_left = pixel == std::size_t{4} * holey_width;
         CAPTURE(pixel);
         CHECK(image.rgb[3 * pixel] == (nothing_left ? 0.0F : 0.25F));
         CHECK(image.rgb[3 * pixel + 1] == (nothing_left ? 0.0F : 0.5F));
@@ -135,19 +136,19 @@ TEST_CASE("a pixel is the mean of its finite samples, however the work is cut") 
 }
 
 TEST_CASE("equal leases have equal bytes, holes included, for any number of threads") {
-  const auto plan = test::whole_plan(settings_of(RowOrder::interleaved));
+  const auto plan = test::whole_plan(holey_settings(RowOrder::interleaved));
   const CellBatch batch = plan->batch({0, plan->cells()});
-  const std::string expected = pack_cells(traced(batch, 1), *plan->grid());
+  const std::string expected = pack_cells(traced_with_holes(batch, 1), *plan->grid());
   for (int threads = 2; threads <= 4; ++threads) {
-    CHECK(pack_cells(traced(batch, threads), *plan->grid()) == expected);
+    CHECK(pack_cells(traced_with_holes(batch, threads), *plan->grid()) == expected);
   }
 }
 
 TEST_CASE("a result carries what it leaves out, and is refused when it leaves out anything else") {
-  const RenderSettings settings = settings_of(RowOrder::sequential);
+  const RenderSettings settings = holey_settings(RowOrder::sequential);
   const WorkPlan plan(settings, {{{2, 9}}, {}});
   const CellBatch batch = plan.batch({1, 3});
-  const TracedCells cells = traced(batch, 1);
+  const TracedCells cells = traced_with_holes(batch, 1);
   REQUIRE(cells.excluded.size() == 2);
   const TracedCells unpacked =
       unpack_cells(pack_cells(cells, *plan.grid()), batch, settings.max_depth);
@@ -163,7 +164,7 @@ TEST_CASE("a result carries what it leaves out, and is refused when it leaves ou
   refused([](TracedCells& c) { c.excluded[0].count += 1; });
   refused([](TracedCells& c) { c.excluded[0].y = 0; });
   refused([](TracedCells& c) { c.excluded[0].y = 3; });
-  refused([](TracedCells& c) { c.excluded[0].x = width; });
+  refused([](TracedCells& c) { c.excluded[0].x = holey_width; });
   refused([](TracedCells& c) { c.excluded[0].first = 1; });
   refused([](TracedCells& c) { c.excluded[0].first = 9; });
 }

@@ -2,7 +2,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "common/trace/integrator/start_shapes.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
+#include "tests/support/precisions.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/tracers.h"
@@ -21,10 +21,9 @@
 namespace parray::test {
 namespace {
 
-using Exact = long double;
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
+using LongReal = long double;
 
-Camera orthographic(const Vec3d& from, const Vec3d& at, double view_height) {
+Camera orthographic_camera(const Vec3d& from, const Vec3d& at, double view_height) {
   Camera camera;
   camera.look_from = from;
   camera.look_at = at;
@@ -35,16 +34,16 @@ Camera orthographic(const Vec3d& from, const Vec3d& at, double view_height) {
   return camera;
 }
 
-Vec3<Exact> exact(const Vec3d& v) { return {v.x, v.y, v.z}; }
-Vec3<Exact> unit(const Vec3<Exact>& v) { return (1 / std::sqrt(dot(v, v))) * v; }
+Vec3<LongReal> long_vec(const Vec3d& v) { return {v.x, v.y, v.z}; }
+Vec3<LongReal> unit(const Vec3<LongReal>& v) { return (1 / std::sqrt(dot(v, v))) * v; }
 
 /// The picture's axes, in more digits than any kernel has.
 struct ExactAxes {
   explicit ExactAxes(const Camera& c)
-      : back(unit(exact(c.look_from) - exact(c.look_at))),
-        right(unit(cross(exact(c.up), back))),
+      : back(unit(long_vec(c.look_from) - long_vec(c.look_at))),
+        right(unit(cross(long_vec(c.up), back))),
         up(cross(back, right)) {}
-  Vec3<Exact> back, right, up;
+  Vec3<LongReal> back, right, up;
 };
 
 struct Shot {
@@ -55,8 +54,8 @@ struct Shot {
 Shot any_shot(Dice& dice) {
   Shot shot;
   const double scale = dice.ten_to(-6, 6);
-  shot.camera =
-      orthographic(scale * dice.in_cube(3), scale * dice.in_cube(1), scale * dice.ten_to(-2, 2));
+  shot.camera = orthographic_camera(scale * dice.in_cube(3), scale * dice.in_cube(1),
+                                    scale * dice.ten_to(-2, 2));
   shot.camera.up = dice.direction();
   shot.width = 1 + dice.below32(2000);
   shot.height = 1 + dice.below32(2000);
@@ -76,18 +75,18 @@ Ray<Real> ray_of(const Shot& shot) {
 
 /// The point of the film that a sample's ray belongs to.
 template <typename Real>
-Vec3<Exact> film_point(const Shot& shot) {
+Vec3<LongReal> film_point(const Shot& shot) {
   const SampleRandom random(7, shot.y * shot.width + shot.x, shot.sample, Sampler::independent);
   const auto u = random.template at<Real>(0, Purpose::camera);
   const ExactAxes axes(shot.camera);
-  const Exact height = shot.camera.view_height;
-  const Exact width = height * shot.width / shot.height;
-  const Exact right = ((shot.x + static_cast<Exact>(u.a)) / shot.width - 0.5L) * width;
-  const Exact down = ((shot.y + static_cast<Exact>(u.b)) / shot.height - 0.5L) * height;
-  return exact(shot.camera.look_from) + right * axes.right - down * axes.up;
+  const LongReal height = shot.camera.view_height;
+  const LongReal width = height * shot.width / shot.height;
+  const LongReal right = ((shot.x + static_cast<LongReal>(u.a)) / shot.width - 0.5L) * width;
+  const LongReal down = ((shot.y + static_cast<LongReal>(u.b)) / shot.height - 0.5L) * height;
+  return long_vec(shot.camera.look_from) + right * axes.right - down * axes.up;
 }
 
-Exact size_of(const Shot& shot) {
+LongReal size_of(const Shot& shot) {
   const double aspect = static_cast<double>(shot.width) / shot.height;
   return length(shot.camera.look_from) + length(shot.camera.look_at) +
          shot.camera.view_height * (1 + aspect);
@@ -98,10 +97,10 @@ void check_rays(Dice& dice) {
   for (int i = 0; i < 2000; ++i) {
     const Shot shot = any_shot(dice);
     const Ray<Real> ray = ray_of<Real>(shot);
-    const Exact ulp = RealTraits<Real>::unit_roundoff;
-    const Vec3<Exact> off = vec_cast<Exact>(ray.origin) - film_point<Real>(shot);
+    const LongReal ulp = RealTraits<Real>::unit_roundoff;
+    const Vec3<LongReal> off = vec_cast<LongReal>(ray.origin) - film_point<Real>(shot);
     CHECK(std::sqrt(dot(off, off)) <= 8 * ulp * size_of(shot));
-    const Vec3<Exact> turn = vec_cast<Exact>(ray.direction) + ExactAxes(shot.camera).back;
+    const Vec3<LongReal> turn = vec_cast<LongReal>(ray.direction) + ExactAxes(shot.camera).back;
     CHECK(std::sqrt(dot(turn, turn)) <= 8 * ulp);
   }
 }
@@ -114,22 +113,23 @@ void check_focus(Dice& dice) {
     shot.camera.focus_distance = shot.camera.view_height * dice.ten_to(-0.5, 2);
     const Ray<Real> ray = ray_of<Real>(shot);
     const ExactAxes axes(shot.camera);
-    const Vec3<Exact> middle = film_point<Real>(shot);
-    const Vec3<Exact> from_middle = vec_cast<Exact>(ray.origin) - middle;
-    const Exact slack = 16 * static_cast<Exact>(RealTraits<Real>::unit_roundoff) *
-                        (size_of(shot) + shot.camera.focus_distance);
+    const Vec3<LongReal> middle = film_point<Real>(shot);
+    const Vec3<LongReal> from_middle = vec_cast<LongReal>(ray.origin) - middle;
+    const LongReal slack = 16 * static_cast<LongReal>(RealTraits<Real>::unit_roundoff) *
+                           (size_of(shot) + shot.camera.focus_distance);
     CHECK(std::abs(dot(from_middle, axes.back)) <= slack);
     CHECK(std::sqrt(dot(from_middle, from_middle)) <= shot.camera.aperture / 2 + slack);
-    const Vec3<Exact> direction = vec_cast<Exact>(ray.direction);
-    const Exact t = shot.camera.focus_distance / -dot(direction, axes.back);
-    const Vec3<Exact> sharp = middle - static_cast<Exact>(shot.camera.focus_distance) * axes.back;
-    const Vec3<Exact> off = vec_cast<Exact>(ray.origin) + t * direction - sharp;
+    const Vec3<LongReal> direction = vec_cast<LongReal>(ray.direction);
+    const LongReal t = shot.camera.focus_distance / -dot(direction, axes.back);
+    const Vec3<LongReal> sharp =
+        middle - static_cast<LongReal>(shot.camera.focus_distance) * axes.back;
+    const Vec3<LongReal> off = vec_cast<LongReal>(ray.origin) + t * direction - sharp;
     CHECK(std::sqrt(dot(off, off)) <= 2 * slack);
   }
 }
 
-RenderSettings settings_of(std::uint32_t width, std::uint32_t height, std::uint32_t spp,
-                           Precision precision) {
+RenderSettings parallel_settings(std::uint32_t width, std::uint32_t height, std::uint32_t spp,
+                                 Precision precision) {
   RenderSettings settings;
   settings.width = width;
   settings.height = height;
@@ -152,7 +152,7 @@ std::vector<FirstHit> hits_of(const Scene& scene, const RenderSettings& settings
 
 Scene seen_along_z(double view_height, std::vector<Sphere> spheres) {
   Scene scene;
-  scene.camera = orthographic({0, 0, 10}, {0, 0, 0}, view_height);
+  scene.camera = orthographic_camera({0, 0, 10}, {0, 0, 0}, view_height);
   scene.materials = {{MaterialType::diffuse, {0.5, 0.5, 0.5}, 0, 1},
                      {MaterialType::dielectric, {1, 1, 1}, 0, 1.5}};
   scene.spheres = std::move(spheres);
@@ -207,7 +207,7 @@ TEST_CASE("the rays of a lens meet straight ahead of its middle, where the focus
 TEST_CASE("a sphere is as large in the picture wherever it lies along the view") {
   for (const Precision precision : precisions) {
     CAPTURE(name_of(precision));
-    const RenderSettings settings = settings_of(40, 30, 4, precision);
+    const RenderSettings settings = parallel_settings(40, 30, 4, precision);
     const auto covered = [&](double z) {
       const auto hits = hits_of(seen_along_z(4, {{{0.5, 0.25, z}, 1, 0}}), settings);
       return std::ranges::count_if(hits, [](const FirstHit& h) { return h.shape == 0; });
@@ -226,7 +226,7 @@ TEST_CASE("depth is measured from the camera's plane, the same at the corners as
       CAPTURE(name_of(precision));
       Scene scene = seen_along_z(2, {{{0, 0, 3 - 1e5}, 1e5, 0}});
       scene.camera.aperture = aperture;
-      const RenderSettings settings = settings_of(8, 8, 5, precision);
+      const RenderSettings settings = parallel_settings(8, 8, 5, precision);
       const auto tracer = make_path_tracer(scene, settings);
       const Channels channels = trace_channels(*tracer, scene, settings, {Aov::depth}, 1);
       for (const float z : std::get<std::vector<float>>(channels.at(0).values)) {
@@ -241,7 +241,7 @@ TEST_CASE("of a sphere that the camera's plane cuts its inside is seen, in the c
     CAPTURE(name_of(precision));
     // The plane z = 10 cuts it in a disc of radius 0.6; most of it lies behind the camera.
     const Scene scene = seen_along_z(2, {{{0, 0, 10.8}, 1, 0}});
-    const RenderSettings settings = settings_of(64, 64, 3, precision);
+    const RenderSettings settings = parallel_settings(64, 64, 3, precision);
     const auto hits = hits_of(scene, settings);
     const double disc = std::acos(-1.0) * 0.36 / 4;
     std::size_t inside = 0;
@@ -270,7 +270,7 @@ TEST_CASE("every sphere that a parallel ray can begin in is asked for its pixel"
 
 TEST_CASE("of very many spheres that a camera cuts each pixel asks a few") {
   Dice dice(5);
-  const Camera camera = orthographic({0, 0, 0}, {0, 0, -1}, 100);
+  const Camera camera = orthographic_camera({0, 0, 0}, {0, 0, -1}, 100);
   std::vector<SphereShape<float>> spheres;
   for (int i = 0; i < 20'000; ++i) {
     const Vec3d at = dice.in_cube(50);
@@ -323,9 +323,9 @@ TEST_CASE("views of any height and cameras at any distance trace alike everywher
         CAPTURE(name_of(precision));
         Scene scene = small_scene();
         const Vec3d back = normalize(scene.camera.look_from);
-        scene.camera = orthographic(distance * back, {0, 0, 0}, view_height);
+        scene.camera = orthographic_camera(distance * back, {0, 0, 0}, view_height);
         scene.camera.aperture = view_height / 16;
-        RenderSettings settings = settings_of(9, 7, 3, precision);
+        RenderSettings settings = parallel_settings(9, 7, 3, precision);
         const ReferenceSums expected = reference_sums(scene, settings);
         CHECK(expected.counts.nonfinite == 0);
         for (const Tracer& tracer : tracers()) {
@@ -339,16 +339,16 @@ TEST_CASE("views of any height and cameras at any distance trace alike everywher
 
 TEST_CASE("a widest picture of the highest view stays finite") {
   Scene scene = small_scene();
-  scene.camera = orthographic({13, 2, 3}, {0, 0, 0}, 1e15);
+  scene.camera = orthographic_camera({13, 2, 3}, {0, 0, 0}, 1e15);
   for (const Precision precision : precisions) {
-    const RenderSettings settings = settings_of(65536, 1, 1, precision);
+    const RenderSettings settings = parallel_settings(65536, 1, 1, precision);
     CHECK(lane_sums(scene, settings).counts.nonfinite == 0);
   }
 }
 
 TEST_CASE("the bits of an orthographic picture are the same for every instruction set") {
   Scene scene = small_scene();
-  scene.camera = orthographic({13, 2, 3}, {0, 0.5, 0}, 5);
+  scene.camera = orthographic_camera({13, 2, 3}, {0, 0.5, 0}, 5);
   scene.camera.aperture = 0.1;
   for (const Isa isa : instruction_sets()) {
     CAPTURE(name_of(isa));

@@ -13,7 +13,7 @@
 namespace parray::test {
 namespace {
 
-constexpr std::uint32_t width = 40;
+constexpr std::uint32_t run_width = 40;
 
 /// As a kernel writes it.
 double shifted(double value) { return value + RadianceScale::shift; }
@@ -39,7 +39,7 @@ std::unique_ptr<Batch> batch(Dice& dice) {
   SampleBatch& samples = made->samples;
   std::uint32_t x = 0;
   std::uint32_t sample = dice.below32(9);
-  while (samples.count < SampleBatch::most && x < width) {
+  while (samples.count < SampleBatch::most && x < run_width) {
     const std::uint32_t i = samples.count++;
     samples.column[i] = x;
     samples.sample[i] = sample++;
@@ -52,8 +52,8 @@ std::unique_ptr<Batch> batch(Dice& dice) {
 
 TEST_CASE("samples added side by side make the sums that they make one by one") {
   Dice dice(3);
-  std::vector<PixelSums> sums(width);
-  std::vector<PixelSums> expected(width);
+  std::vector<PixelSums> sums(run_width);
+  std::vector<PixelSums> expected(run_width);
   TraceCounts counts;
   TraceCounts expected_counts;
   for (int round = 0; round < 200; ++round) {

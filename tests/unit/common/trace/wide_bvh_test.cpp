@@ -32,7 +32,7 @@ struct NamedSpheres {
 };
 
 template <typename Store>
-Spheres<Store> cloud(Dice& dice, int count) {
+Spheres<Store> wide_cloud(Dice& dice, int count) {
   Spheres<Store> spheres;
   for (int i = 0; i < count; ++i) {
     const double radius = dice.between(0.1, 0.5);  // first, whatever the compiler
@@ -294,7 +294,7 @@ TEST_CASE_TEMPLATE("many spheres make the same tables with any number of threads
   using Store = typename F::Store;
   Dice dice(3);
   // Enough for seven threads to share the first cuts; a giant in their midst is moved away.
-  Spheres<Store> scattered = cloud<Store>(dice, 250'000);
+  Spheres<Store> scattered = wide_cloud<Store>(dice, 250'000);
   scattered[100'000].radius = 1000;
   for (const Spheres<Store>& spheres : {scattered, coincident<Store>(100'000)}) {
     const typename F::Tables one(spheres, true, 1);
@@ -308,7 +308,8 @@ TEST_CASE_TEMPLATE("large trees have full blocks, whether spheres are scattered 
                    PARRAY_FORMS) {
   using Store = typename F::Store;
   Dice dice(5);
-  for (const Spheres<Store>& spheres : {cloud<Store>(dice, 20'000), coincident<Store>(20'000)}) {
+  for (const Spheres<Store>& spheres :
+       {wide_cloud<Store>(dice, 20'000), coincident<Store>(20'000)}) {
     const typename F::Tables tables(spheres, true, 1);
     const auto count = static_cast<double>(spheres.size());
     CHECK(tables.slot_count() < 1.02 * count);

@@ -20,7 +20,7 @@ using test::Dice;
 using Arrival = LeaseTable::Arrival;
 
 /// How often each event happened in all histories. An event that never happens is not tested.
-struct Tally {
+struct HistoryTally {
   int grants = 0;
   int copies = 0;
   int checks = 0;
@@ -50,7 +50,7 @@ struct Record {
 
 class History {
  public:
-  History(std::uint64_t seed, Tally& tally)
+  History(std::uint64_t seed, HistoryTally& tally)
       : dice_(seed),
         tally_(tally),
         cells_(1 + dice_.below(60), State::pending),
@@ -402,7 +402,7 @@ class History {
   }
 
   Dice dice_;
-  Tally& tally_;
+  HistoryTally& tally_;
   std::vector<State> cells_;
   std::uint64_t most_;
   LeaseTable table_;
@@ -417,7 +417,7 @@ class History {
 }  // namespace
 
 TEST_CASE("in 5000 random histories every cell is always in one state, and all histories end") {
-  Tally tally;
+  HistoryTally tally;
   for (std::uint64_t seed = 1; seed <= 5000; ++seed) {
     CAPTURE(seed);
     History(seed, tally).run();

@@ -31,9 +31,10 @@ RenderSettings settings_in_passes() {
 
 /// A window of four ranks, which log the results that a test gives. Wrong bits are plausible
 /// numbers.
-struct Rig : test::WindowRig {
-  explicit Rig(const RenderSettings& its_settings = even_settings(),
-               const std::vector<CellRange>& done = {}, const std::vector<std::string>& hosts = {})
+struct JudgeRig : test::WindowRig {
+  explicit JudgeRig(const RenderSettings& its_settings = even_settings(),
+                    const std::vector<CellRange>& done = {},
+                    const std::vector<std::string>& hosts = {})
       : WindowRig(its_settings, ranks, 0, done, hosts), cells(plan().cells()) {
     for (std::uint32_t rank = 0; rank < ranks; ++rank) sources.push_back(source_of(rank));
   }
@@ -68,7 +69,7 @@ struct Rig : test::WindowRig {
   Time now{};
 };
 
-void check_verdict(const Rig& rig, std::uint32_t rank, std::uint64_t cells) {
+void check_verdict(const JudgeRig& rig, std::uint32_t rank, std::uint64_t cells) {
   REQUIRE(rig.judge.verdicts().size() == 1);
   const RankJudge::Verdict& verdict = rig.judge.verdicts().front();
   CHECK(verdict.rank == rank);
@@ -81,7 +82,7 @@ void check_verdict(const Rig& rig, std::uint32_t rank, std::uint64_t cells) {
 }  // namespace
 
 TEST_CASE("if the first bits are wrong, their rank is faulty and all its cells are retracted") {
-  Rig rig;
+  JudgeRig rig;
   rig.lie(2, {0, 5});
   rig.put(2, {10, 12});
   rig.put(3, {20, 22});
@@ -94,7 +95,7 @@ TEST_CASE("if the first bits are wrong, their rank is faulty and all its cells a
 }
 
 TEST_CASE("if the second bits are wrong, their rank is faulty and its result is dropped") {
-  Rig rig;
+  JudgeRig rig;
   rig.put(1, {0, 5});
   rig.put(2, {10, 12});
   rig.lie(2, {4, 9});
@@ -105,7 +106,7 @@ TEST_CASE("if the second bits are wrong, their rank is faulty and its result is 
 }
 
 TEST_CASE("if both ranks are wrong, both are faulty") {
-  Rig rig;
+  JudgeRig rig;
   rig.lie(1, {0, 5});
   TracedCells other = made_cells(rig.plan().batch({0, 5}));
   test::falsify(other, rig.layout.record_bytes());
@@ -120,7 +121,7 @@ TEST_CASE("if both ranks are wrong, both are faulty") {
 }
 
 TEST_CASE("a faulty rank is stopped, and its later results are dropped") {
-  Rig rig;
+  JudgeRig rig;
   rig.put(1, {0, 5});
   CHECK_FALSE(rig.told_to_stop(2));
   rig.lie(2, {0, 5});
@@ -134,7 +135,7 @@ TEST_CASE("a faulty rank is stopped, and its later results are dropped") {
 }
 
 TEST_CASE("a stopped rank takes no more work after its next heartbeat") {
-  Rig rig;
+  JudgeRig rig;
   WindowSource& source = rig.sources[2];
   CHECK(source.take_part(1e6, true).answer == LeaseSource::Answer::lease);
   rig.window.store(WindowLayout::rank_word(2, WindowLayout::stop), 1);
@@ -146,7 +147,7 @@ TEST_CASE("a stopped rank takes no more work after its next heartbeat") {
 }
 
 TEST_CASE("a faulty rank is stopped in the next pass, too") {
-  Rig rig;
+  JudgeRig rig;
   rig.put(1, {0, 5});
   rig.lie(2, {0, 5});
   rig.window.store(WindowLayout::rank_word(2, WindowLayout::stop), 0);
@@ -157,7 +158,7 @@ TEST_CASE("a faulty rank is stopped in the next pass, too") {
 }
 
 TEST_CASE("before the pass ends, rank 0 traces cells that only a faulty rank had checked") {
-  Rig rig;
+  JudgeRig rig;
   rig.put(1, {0, 40});
   rig.put(2, {0, 30});  // confirms
   rig.put(3, {40, rig.cells});
@@ -181,7 +182,7 @@ TEST_CASE("before the pass ends, rank 0 traces cells that only a faulty rank had
 }
 
 TEST_CASE("two ranks with the same wrong bits confirm each other until one is found faulty") {
-  Rig rig;
+  JudgeRig rig;
   rig.lie(1, {0, 5});
   rig.lie(2, {0, 5});
   rig.put(3, {5, rig.cells});
@@ -196,7 +197,7 @@ TEST_CASE("two ranks with the same wrong bits confirm each other until one is fo
 }
 
 TEST_CASE("ranks of a host are one machine, except on rank 0's host") {
-  Rig rig(even_settings(), {}, {"head", "head", "node", "node"});
+  JudgeRig rig(even_settings(), {}, {"head", "head", "node", "node"});
   rig.put(1, {0, 2});
   rig.put(2, {2, 4});
   rig.put(3, {4, 6});
@@ -219,7 +220,7 @@ TEST_CASE("ranks of a host are one machine, except on rank 0's host") {
 }
 
 TEST_CASE("wrong bits of an earlier mpirun are retracted, and no present rank is faulty") {
-  Rig rig;
+  JudgeRig rig;
   TracedCells wrong = made_cells(rig.plan().batch({0, 5}));
   test::falsify(wrong, rig.layout.record_bytes());
   rig.keep(test::earlier_tracer(), wrong);
@@ -234,7 +235,7 @@ TEST_CASE("wrong bits of an earlier mpirun are retracted, and no present rank is
 }
 
 TEST_CASE("if rank 0 contradicts its own bits, it decides nothing and its cells are retracted") {
-  Rig rig;
+  JudgeRig rig;
   rig.lie(0, {0, 5});
   rig.put(2, {5, 9});
   rig.put(1, {0, 5});
@@ -245,7 +246,7 @@ TEST_CASE("if rank 0 contradicts its own bits, it decides nothing and its cells 
 }
 
 TEST_CASE("rank 0 blames no other rank for a cell for which it contradicts its own bits") {
-  Rig rig;
+  JudgeRig rig;
   rig.put(1, {0, 5});
   rig.rank_0_lies = true;
   rig.put(0, {0, 3});
@@ -257,7 +258,7 @@ TEST_CASE("rank 0 blames no other rank for a cell for which it contradicts its o
 }
 
 TEST_CASE("rank 0 checks no more cells of other ranks after it contradicts its own bits") {
-  Rig rig;
+  JudgeRig rig;
   rig.lie(0, {0, 1});
   rig.lie(1, {1, 5});
   rig.lie(2, {0, 1});
@@ -272,7 +273,7 @@ TEST_CASE("rank 0 checks no more cells of other ranks after it contradicts its o
 }
 
 TEST_CASE("a wrong result of rank 0 for cells of another rank is found") {
-  Rig rig;
+  JudgeRig rig;
   rig.put(0, {0, 5});
   rig.rank_0_lies = true;
   rig.lie(1, {0, 5});
@@ -280,7 +281,7 @@ TEST_CASE("a wrong result of rank 0 for cells of another rank is found") {
 }
 
 TEST_CASE("a picture in passes restarts if a faulty rank's bits influenced its passes") {
-  Rig rig(settings_in_passes());
+  JudgeRig rig(settings_in_passes());
   rig.lie(2, {0, 2});
   rig.put(1, {2, rig.cells});
   rig.put(1, {0, 2});
@@ -300,7 +301,7 @@ TEST_CASE("a picture in passes restarts if a faulty rank's bits influenced its p
 }
 
 TEST_CASE("without Hooks::trace the first bits stay, and differences are counted") {
-  Rig rig;
+  JudgeRig rig;
   RankJudge judge(rig.picture, rank_voices(test::hosts_apart(ranks)), {});
   WindowCollector collector(rig.picture, judge, rig.layout, rig.window, rig.memory.bytes(), Time(0),
                             rig.totals,

@@ -12,8 +12,8 @@
 
 namespace parray {
 
-using Rig = test::CollectorRig;
 using test::arrival_time;
+using test::CollectorRig;
 using test::Dice;
 using test::fixed_settings;
 using test::made_records;
@@ -25,7 +25,7 @@ TEST_CASE("results of any size in any order make the same picture") {
   Dice dice(1);
   for (int i = 0; i < 60; ++i) {
     CAPTURE(i);
-    Rig rig(random_settings(dice), dice.one_in(3) ? 5 : 0);
+    CollectorRig rig(random_settings(dice), dice.one_in(3) ? 5 : 0);
     const auto ranges = shuffled_ranges(dice, rig.cells);
     for (const CellRange& range : ranges) {
       CHECK_FALSE(rig.collector.done());
@@ -45,7 +45,7 @@ TEST_CASE("merged results reach the store, from which a later process resumes") 
   Dice dice(2);
   for (int i = 0; i < 40; ++i) {
     CAPTURE(i);
-    Rig rig(random_settings(dice), 0);
+    CollectorRig rig(random_settings(dice), 0);
     const auto ranges = shuffled_ranges(dice, rig.cells);
     for (std::size_t range = 0; range < (ranges.size() + 1) / 2; ++range) {
       rig.put(ranges[range]);
@@ -63,7 +63,7 @@ TEST_CASE("merged results reach the store, from which a later process resumes") 
 }
 
 TEST_CASE("a repeated result with the same bits is counted and changes nothing") {
-  Rig rig(fixed_settings());
+  CollectorRig rig(fixed_settings());
   const std::uint64_t half = rig.cells / 2;
   rig.put({0, half}, 7);
   rig.collect();
@@ -77,7 +77,7 @@ TEST_CASE("a repeated result with the same bits is counted and changes nothing")
 }
 
 TEST_CASE("a result with impossible numbers is dropped") {
-  Rig rig(fixed_settings());
+  CollectorRig rig(fixed_settings());
   auto records = made_records(rig.plan(), {2, 4});
   const std::uint64_t many = UINT64_MAX;
   std::memcpy(records.data(), &many, sizeof many);  // rays
@@ -91,7 +91,7 @@ TEST_CASE("a result with impossible numbers is dropped") {
 }
 
 TEST_CASE("the collector waits for bytes that arrive after their entry") {
-  Rig rig(fixed_settings());
+  CollectorRig rig(fixed_settings());
   const CellRange range{0, rig.cells};
   const auto records = made_records(rig.plan(), range);
   rig.rank.log(range, range_digest(cell_digests(records, rig.layout.record_bytes())));
@@ -106,7 +106,7 @@ TEST_CASE("the collector waits for bytes that arrive after their entry") {
 }
 
 TEST_CASE("a corrupt result is dropped, and its cells are traced again") {
-  Rig rig(fixed_settings());
+  CollectorRig rig(fixed_settings());
   rig.put_corrupt({0, 5});
   rig.put({5, rig.cells});
   CHECK(rig.collect());
@@ -121,7 +121,7 @@ TEST_CASE("a corrupt result is dropped, and its cells are traced again") {
 }
 
 TEST_CASE("an entry with a range outside the plan is dropped") {
-  Rig rig(fixed_settings());
+  CollectorRig rig(fixed_settings());
   rig.rank.log({rig.cells - 1, rig.cells + 1}, 5);
   rig.rank.log({rig.cells + 7, rig.cells + 8}, 5);
   // An empty range of another rank.
@@ -134,7 +134,7 @@ TEST_CASE("an entry with a range outside the plan is dropped") {
 }
 
 TEST_CASE("an entry that is written late is merged") {
-  Rig rig(fixed_settings());
+  CollectorRig rig(fixed_settings());
   const auto records = made_records(rig.plan(), {3, 8});
   CHECK_FALSE(rig.collect(seconds(1)));
   CHECK_FALSE(rig.collect(seconds(100)));
@@ -148,7 +148,7 @@ TEST_CASE("an entry that is written late is merged") {
 }
 
 TEST_CASE("collect() merges about as many cells as requested") {
-  Rig rig(fixed_settings());
+  CollectorRig rig(fixed_settings());
   REQUIRE(rig.cells > 20);
   for (std::uint64_t cell = 0; cell < rig.cells; ++cell) rig.put({cell, cell + 1});
   for (const std::uint64_t done : {10U, 20U}) {
@@ -161,7 +161,7 @@ TEST_CASE("collect() merges about as many cells as requested") {
 }
 
 TEST_CASE("the time of a row is the sum of its cells' times, each counted once") {
-  Rig rig(fixed_settings());
+  CollectorRig rig(fixed_settings());
   rig.put({0, rig.cells}, 1000);
   rig.collect();
   rig.put({0, rig.cells / 2}, 500);
