@@ -14,6 +14,7 @@
 #include "tests/device/scenes.h"
 #include "tests/support/device_picture.h"
 #include "tests/support/extreme_scenes.h"
+#include "tests/support/precisions.h"
 #include "tests/support/rooms.h"
 #include "tests/support/tracers.h"
 
@@ -21,7 +22,6 @@
 namespace parray::test {
 namespace {
 
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
 constexpr std::array searches{AcceleratorKind::linear, AcceleratorKind::bvh};
 constexpr std::array samplers{Sampler::sobol, Sampler::independent};
 

@@ -12,7 +12,7 @@
 #include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/rooms.h"
-#include "tests/support/scene_files.h"
+#include "tests/support/shipped_scene.h"
 #include "tests/support/textbook_tracer.h"
 
 namespace parray::test {
@@ -46,7 +46,7 @@ Picture our_picture(const Scene& scene, RenderSettings settings) {
 }  // namespace
 
 TEST_CASE("f32 over the BVH agrees with f64 by linear search and another seed") {
-  const Scene scene = shipped("one-weekend-484.json");
+  const Scene scene = shipped("one-weekend-484.json").scene;
   RenderSettings quick;
   quick.samples_per_pixel = 256;
   quick.precision = Precision::f32;
@@ -64,7 +64,7 @@ TEST_CASE("f32 over the BVH agrees with f64 by linear search and another seed") 
 TEST_CASE("pictures agree with a textbook tracer that shares no tracing code") {
   for (const std::string name : {"one-weekend-20.json", "glass.json", "shells.json"}) {
     CAPTURE(name);
-    const Scene scene = shipped(name);
+    const Scene scene = shipped(name).scene;
     RenderSettings settings;
     settings.samples_per_pixel = 500;
     settings.max_depth = 12;
@@ -77,7 +77,7 @@ TEST_CASE("pictures agree with a textbook tracer that shares no tracing code") {
 }
 
 TEST_CASE("the comparison notices a wrong picture") {
-  const Scene scene = shipped("one-weekend-20.json");
+  const Scene scene = shipped("one-weekend-20.json").scene;
   RenderSettings settings;
   settings.samples_per_pixel = 500;
   Scene other = scene;

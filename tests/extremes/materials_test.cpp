@@ -12,6 +12,7 @@
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_materials.h"
 #include "tests/support/sphere_cases.h"
 #include "tests/support/statistics.h"
 #include "tests/support/tracers.h"
@@ -21,8 +22,6 @@ namespace {
 
 template <typename Real>
 constexpr double ulp = 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
-
-Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }
 
 /// Hundreds of spheres, also one inside another, of all materials without absorption.
 Scene white_crowd(Dice& dice) {

@@ -13,9 +13,10 @@
 #include "common/scene/settings.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
+#include "tests/support/precisions.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
-#include "tests/support/scene_files.h"
+#include "tests/support/shipped_scene.h"
 #include "tests/support/sphere_cases.h"
 #include "tests/support/tracers.h"
 
@@ -24,8 +25,6 @@ namespace {
 
 using doctor::scaled;
 using doctor::sized;
-
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
 
 Scene moved(Scene scene, const Vec3d& by) {
   scene.camera.look_from = scene.camera.look_from + by;
@@ -61,7 +60,7 @@ double sum_over_tracers(RenderSettings settings, Differ differ) {
 }  // namespace
 
 TEST_CASE("row 44: f32 and f64 follow the same paths except for one in a thousand, without bias") {
-  const Scene scene = shipped("one-weekend-20.json");
+  const Scene scene = shipped("one-weekend-20.json").scene;
   RenderSettings settings = sized(60, 40, trials(16), 12);
   const auto single = reference_scene<float, float>(scene, settings);
   const auto whole = reference_scene<double, double>(scene, settings);
@@ -90,7 +89,7 @@ TEST_CASE("row 44: f32 and f64 follow the same paths except for one in a thousan
 }
 
 TEST_CASE("rows 1, 44: 113 bits and f64 follow the same paths except for two in a thousand") {
-  const Scene scene = shipped("one-weekend-20.json");
+  const Scene scene = shipped("one-weekend-20.json").scene;
   const RenderSettings settings = sized(32, 32, 1, 10);
   const TracedPicture<Quad> traced = exact_scene(scene, settings);
   const Linear<Quad> linear(traced.spheres);

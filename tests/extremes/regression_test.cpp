@@ -18,6 +18,7 @@
 #include "common/scene/settings.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
+#include "tests/support/precisions.h"
 #include "tests/support/quad.h"
 #include "tests/support/rooms.h"
 #include "tests/support/textbook_tracer.h"
@@ -25,8 +26,6 @@
 
 namespace parray::test {
 namespace {
-
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
 
 struct Named {
   std::string name;

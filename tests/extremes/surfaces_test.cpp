@@ -13,8 +13,10 @@
 #include "common/scene/settings.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
+#include "tests/support/precisions.h"
 #include "tests/support/quad.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_materials.h"
 #include "tests/support/sphere_cases.h"
 #include "tests/support/tracers.h"
 
@@ -23,11 +25,6 @@ namespace {
 
 using doctor::sized;
 using doctor::under_white_sky;
-
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
-
-Material diffuse(double albedo) { return {MaterialType::diffuse, {albedo, albedo, albedo}, 0, 1}; }
-Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }
 
 double pixels_other_than(const ReferenceSums& sums, std::uint64_t fixed, std::uint64_t samples) {
   return static_cast<double>(doctor::pixels_other_than(sums.pixels, fixed, samples));

@@ -19,11 +19,6 @@ struct NamedScene {
   RenderSettings settings;  ///< with the choices of `auto`
 };
 
-/// Returns the scene of the file `name` in scenes/ of the sources.
-inline Scene shipped(const std::string& name) {
-  return read_scene_file(std::filesystem::path(PARRAY_SOURCE_DIR) / "scenes" / name).scene;
-}
-
 /// Returns the scenes in `folder` (scenes/ of the sources) and in its folder regression, as
 /// pictures of this size.
 inline std::vector<NamedScene> scene_files(const std::filesystem::path& folder, std::uint32_t width,

@@ -69,7 +69,7 @@ RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint
 /// Measurements of a scene on this machine before the sweep.
 struct Pilot {
   static constexpr std::uint32_t samples = 16;  ///< per pixel of its picture
-  double samples_per_second = 0;  ///< of the scene's own settings
+  double samples_per_second = 0;                ///< of the scene's own settings
   std::map<AcceleratorKind, double>
       other_speeds;     ///< the same for other accelerators; those that take too long are missing
   double overhead = 0;  ///< seconds per render without samples

@@ -14,6 +14,7 @@
 #include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/message_of.h"
+#include "tests/support/precisions.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/tracers.h"
@@ -21,7 +22,6 @@
 namespace parray::test {
 namespace {
 
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
 const Aovs everything{Aov::depth, Aov::normal, Aov::albedo, Aov::sphere, Aov::cost};
 constexpr std::uint32_t sky = 0xFFFFFFFF;
 const Material matt{MaterialType::diffuse, {0.5, 0.25, 0.125}, 0, 1};

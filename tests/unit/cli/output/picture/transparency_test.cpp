@@ -16,6 +16,7 @@
 #include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
+#include "tests/support/precisions.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 #include "tests/support/temporary_directory.h"
@@ -23,8 +24,6 @@
 
 namespace parray::test {
 namespace {
-
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
 
 /// Matt, metal and glass, bubbles and a lens, before an even sky of that colour.
 Scene before(const Vec3d& sky) {
