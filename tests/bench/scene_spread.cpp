@@ -104,7 +104,7 @@ double spread(const Arguments& a) {
   };
   for (std::size_t place = 1; place <= a.workers; ++place) {
     coordinator.add_worker(name_of_place(place), 2 * place, !a.star);
-    workers.push_back(std::make_unique<test::SpreadWorker>(coordinator.id, test::Manner::honest));
+    workers.push_back(std::make_unique<test::SpreadWorker>(coordinator.id, test::Honesty::honest));
     workers.back()->tick(Time(0), true);
     post(0, place, *workers.back());
   }

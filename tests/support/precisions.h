@@ -7,8 +7,8 @@
 
 namespace parray::test {
 
-constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
-constexpr std::array accelerators{AcceleratorKind::linear, AcceleratorKind::bvh,
-                                  AcceleratorKind::octree};
+inline constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
+inline constexpr std::array accelerators{AcceleratorKind::linear, AcceleratorKind::bvh,
+                                         AcceleratorKind::octree};
 
 }  // namespace parray::test
