@@ -1,10 +1,9 @@
-#include "cli/measure/tradeoff/analysis.h"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <vector>
 
+#include "cli/measure/tradeoff/analysis.h"
 #include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
