@@ -24,7 +24,6 @@
 #include "common/image/picture_bytes.h"
 #include "common/process/run_main.h"
 #include "common/scene/scene_bytes.h"
-#include "common/scene/settings.h"
 #include "proto/settings_json.h"
 
 namespace {
