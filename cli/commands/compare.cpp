@@ -284,7 +284,7 @@ int compare(const CompareCommand& command) {
 
 }  // namespace
 
-void add_compare(CommandLine& line, Action& chosen) {
+void add_compare(CommandLine& line) {
   Command command = line.command("compare", "Measure how much pictures differ from a reference");
   const auto options = std::make_shared<CompareCommand>();
   add_file(command, "REF", options->reference, "Reference: a picture in any known format")
@@ -301,7 +301,7 @@ void add_compare(CommandLine& line, Action& chosen) {
   add_json(command, options->as_json);
   command.example("parray compare reference.exr a.exr b.png -o difference.png",
                   "prints a row for each picture, and draws where they differ");
-  command.on_chosen([options, &chosen] { chosen = [options] { return compare(*options); }; });
+  command.runs([options] { return compare(*options); });
 }
 
 }  // namespace parray::commands

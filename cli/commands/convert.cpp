@@ -118,7 +118,7 @@ int convert(const ConvertCommand& command) {
 
 }  // namespace
 
-void add_convert(CommandLine& line, Action& chosen) {
+void add_convert(CommandLine& line) {
   Command command = line.command(
       "convert",
       "Make a scene file from a file of particles, or a self-contained scene file from "
@@ -139,7 +139,7 @@ void add_convert(CommandLine& line, Action& chosen) {
                   "writes a scene that refers to the file; you can edit its camera");
   command.example("parray convert scenes/particles/helix.pdb helix.json --expand --radius 0.5",
                   "writes the spheres, instead of a reference to the file");
-  command.on_chosen([options, &chosen] { chosen = [options] { return convert(*options); }; });
+  command.runs([options] { return convert(*options); });
 }
 
 }  // namespace parray::commands

@@ -84,7 +84,7 @@ int doctor(bool as_json, bool extremes) {
 
 }  // namespace
 
-void add_doctor(CommandLine& line, Action& chosen) {
+void add_doctor(CommandLine& line) {
   Command command = line.command(
       "doctor", "Check whether this machine is fit: arithmetic, libraries, ZeroMQ, MPI");
   const auto as_json = std::make_shared<bool>(false);
@@ -96,9 +96,7 @@ void add_doctor(CommandLine& line, Action& chosen) {
   add_json(command, *as_json);
   command.example("parray doctor", "prints a line for each check, with a remedy if it fails");
   command.example("parray doctor --extremes", "for a new kind of processor, compiler or emulator");
-  command.on_chosen([as_json, extremes, &chosen] {
-    chosen = [as_json, extremes] { return doctor(*as_json, *extremes); };
-  });
+  command.runs([as_json, extremes] { return doctor(*as_json, *extremes); });
 }
 
 }  // namespace parray::commands

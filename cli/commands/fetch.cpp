@@ -75,7 +75,7 @@ int watch(const WatchCommand& command) {
 
 }  // namespace
 
-void add_watch(CommandLine& line, Action& chosen) {
+void add_watch(CommandLine& line) {
   Command command = line.command(
       "watch", "Show a job's progress; returns when it ends: 0 if it is done, 1 if not");
   const auto options = std::make_shared<WatchCommand>();
@@ -85,10 +85,10 @@ void add_watch(CommandLine& line, Action& chosen) {
   command.example("parray watch 7", "shows progress until the job has ended");
   command.example("parray watch 7 --quiet --preview live.png",
                   "keeps live.png updated with the unfinished picture");
-  command.on_chosen([options, &chosen] { chosen = [options] { return watch(*options); }; });
+  command.runs([options] { return watch(*options); });
 }
 
-void add_fetch(CommandLine& line, Action& chosen) {
+void add_fetch(CommandLine& line) {
   Command command = line.command("fetch",
                                  "Write the picture of a finished job, or of the finished frames "
                                  "of a series (-o name-####.exr)");
@@ -105,7 +105,7 @@ void add_fetch(CommandLine& line, Action& chosen) {
   command.example("parray fetch 7 -o 'frame-####.png'", "writes the finished frames of a series");
   command.example("parray fetch 7 --partial -o so-far.png",
                   "writes what a running, cancelled or failed job has");
-  command.on_chosen([options, &chosen] { chosen = [options] { return fetch(*options); }; });
+  command.runs([options] { return fetch(*options); });
 }
 
 }  // namespace parray::commands

@@ -377,7 +377,7 @@ void add_farm_to(Command& command, FilmCommand& options) {
 
 }  // namespace
 
-void add_film(CommandLine& line, Action& chosen) {
+void add_film(CommandLine& line) {
   Command command = line.command(
       "film", "Make a film of a trajectory, or of a scene around which the camera moves");
   const auto options = std::make_shared<FilmCommand>();
@@ -399,7 +399,7 @@ void add_film(CommandLine& line, Action& chosen) {
                   "a flight through a scene");
   command.example("parray film run.xyz -o farm.mp4 --farm --coordinator tcp://farm:7400",
                   "renders the frames on the farm of this coordinator");
-  command.on_chosen([options, &chosen] { chosen = [options] { return film(*options); }; });
+  command.runs([options] { return film(*options); });
 }
 
 }  // namespace parray::commands

@@ -84,8 +84,7 @@ int steer(const SteeringCommand& command, msg::JobAction action) {
   return std::ranges::any_of(results, refused) ? 2 : 0;
 }
 
-void add_action(CommandLine& line, Action& chosen, const char* help, const char* example,
-                msg::JobAction action) {
+void add_action(CommandLine& line, const char* help, const char* example, msg::JobAction action) {
   const bool prioritise = action == msg::JobAction::prioritise;
   const std::string name(job_action_names[static_cast<std::size_t>(action)]);
   Command command = line.command(prioritise ? "priority" : name, help);
@@ -101,26 +100,22 @@ void add_action(CommandLine& line, Action& chosen, const char* help, const char*
   add_json(command, options->as_json);
   options->farm.add_to(command);
   command.example("parray " + std::string(prioritise ? "priority 7 80" : name + " 7"), example);
-  command.on_chosen([options, &chosen, action] {
-    chosen = [options, action] { return steer(*options, action); };
-  });
+  command.runs([options, action] { return steer(*options, action); });
 }
 
 }  // namespace
 
-void add_steering(CommandLine& line, Action& chosen) {
+void add_steering(CommandLine& line) {
   using enum msg::JobAction;
-  add_action(line, chosen, "Grant no more work of a job until it is resumed",
-             "keeps the results so far", pause);
-  add_action(line, chosen, "Continue a paused job", "continues with the results so far", resume);
-  add_action(line, chosen, "Cancel jobs that have not ended", "keeps its results, for requeue",
-             cancel);
-  add_action(line, chosen, "Continue a job that has failed or was cancelled",
+  add_action(line, "Grant no more work of a job until it is resumed", "keeps the results so far",
+             pause);
+  add_action(line, "Continue a paused job", "continues with the results so far", resume);
+  add_action(line, "Cancel jobs that have not ended", "keeps its results, for requeue", cancel);
+  add_action(line, "Continue a job that has failed or was cancelled",
              "continues with the results so far", requeue);
-  add_action(line, chosen, "Delete a job that has ended, with its picture",
-             "its number is not used again", forget);
-  add_action(line, chosen,
-             "Change the priority of a job, from 0 to 100 (submit sets 50 by default)",
+  add_action(line, "Delete a job that has ended, with its picture", "its number is not used again",
+             forget);
+  add_action(line, "Change the priority of a job, from 0 to 100 (submit sets 50 by default)",
              "renders it before your jobs of lower priority", prioritise);
 }
 

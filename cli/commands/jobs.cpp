@@ -102,7 +102,7 @@ void add_filters(Command& command, JobsCommand& options) {
 
 }  // namespace
 
-void add_jobs(CommandLine& line, Action& chosen) {
+void add_jobs(CommandLine& line) {
   Command command = line.command("jobs", "List the coordinator's jobs");
   const auto options = std::make_shared<JobsCommand>();
   add_filters(command, *options);
@@ -113,7 +113,7 @@ void add_jobs(CommandLine& line, Action& chosen) {
                   "lists ann's jobs with 'water' in their name, those that are almost done last");
   command.example("parray jobs --coordinator tcp://farm:7400 --json",
                   "lists the jobs of the coordinator at this address as JSON, for scripts");
-  command.on_chosen([options, &chosen] { chosen = [options] { return jobs(*options); }; });
+  command.runs([options] { return jobs(*options); });
 }
 
 }  // namespace parray::commands

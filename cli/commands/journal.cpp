@@ -147,30 +147,30 @@ int replay(const JournalCommand& command) {
   return 0;
 }
 
-void add_command(CommandLine& line, Action& chosen, const char* name, const char* help,
-                 const char* example, int (*run)(const JournalCommand&)) {
+void add_command(CommandLine& line, const char* name, const char* help, const char* example,
+                 int (*run)(const JournalCommand&)) {
   Command command = line.command(name, help);
   const auto options = std::make_shared<JournalCommand>();
   add_job(command, options->job);
   add_json(command, options->as_json);
   options->farm.add_to(command);
   command.example("parray " + std::string(name) + " 7", example);
-  command.on_chosen([options, &chosen, run] { chosen = [options, run] { return run(*options); }; });
+  command.runs([options, run] { return run(*options); });
 }
 
 }  // namespace
 
-void add_show(CommandLine& line, Action& chosen) {
-  add_command(line, chosen, "show", "Show one job",
+void add_show(CommandLine& line) {
+  add_command(line, "show", "Show one job",
               "prints its state, its error so far, what it waits for, and its history", show);
 }
 
-void add_journal_commands(CommandLine& line, Action& chosen) {
+void add_journal_commands(CommandLine& line) {
   add_command(
-      line, chosen, "audit",
+      line, "audit",
       "Check in a job's journal that every sample was merged exactly once; list the job's workers",
       "works also during the render", audit);
-  add_command(line, chosen, "replay",
+  add_command(line, "replay",
               "Predict a job's time with other schedules or more workers, from its recorded costs",
               "compares all schedules, with 1, 2, 4, 8 and 16 times the job's workers", replay);
 }

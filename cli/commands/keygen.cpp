@@ -58,7 +58,7 @@ int keygen(const KeygenCommand& command) {
 
 }  // namespace
 
-void add_keygen(CommandLine& line, Action& chosen) {
+void add_keygen(CommandLine& line) {
   Command command = line.command("keygen", "Make the keys of a farm, or add or remove a key");
   const auto options = std::make_shared<KeygenCommand>();
   command.option("DIR", options->directory, "Directory of the farm's keys")
@@ -94,7 +94,7 @@ void add_keygen(CommandLine& line, Action& chosen) {
   command.example("parray keygen farm --token ann", "prints a token for HTTP");
   command.example("parray keygen farm --remove ann",
                   "the coordinator refuses ann from the next second on");
-  command.on_chosen([options, &chosen] { chosen = [options] { return keygen(*options); }; });
+  command.runs([options] { return keygen(*options); });
 }
 
 }  // namespace parray::commands

@@ -311,7 +311,7 @@ std::vector<double> speeds_from(const std::string& text) {
 
 }  // namespace
 
-void add_plan(CommandLine& line, Action& chosen) {
+void add_plan(CommandLine& line) {
   Command command = line.command("plan",
                                  "Probe a scene briefly, and print the render command that is "
                                  "fastest for a given error, or most accurate for a given time");
@@ -352,9 +352,9 @@ void add_plan(CommandLine& line, Action& chosen) {
                   "fastest, and how long it takes");
   command.example("parray plan scenes/glass.json --time 60 --workers 8",
                   "finds the smallest error in a minute of eight workers like this machine");
-  command.on_chosen([options, command, &chosen] {
+  command.runs([options, command] {
     options->given = given_options(command, options->workers || !options->speeds.empty());
-    chosen = [options] { return make_and_print(*options); };
+    return make_and_print(*options);
   });
 }
 

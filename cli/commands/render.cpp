@@ -273,7 +273,7 @@ int render(const RenderCommand& command) {
 
 }  // namespace
 
-void add_render(CommandLine& line, Action& chosen) {
+void add_render(CommandLine& line) {
   Command command = line.command("render", "Render a scene on this machine");
   const auto options = std::make_shared<RenderCommand>();
   add_scene(command, options->scene);
@@ -317,7 +317,7 @@ void add_render(CommandLine& line, Action& chosen) {
   command.example(
       "parray render scenes/glass.json -o glass.exr --aov depth,normal --report glass.json",
       "adds channels for depth and normals, and writes a report");
-  command.on_chosen([options, &chosen] { chosen = [options] { return render(*options); }; });
+  command.runs([options] { return render(*options); });
 }
 
 }  // namespace parray::commands

@@ -163,7 +163,7 @@ int submit(const SubmitCommand& command) {
 
 }  // namespace
 
-void add_submit(CommandLine& line, Action& chosen) {
+void add_submit(CommandLine& line) {
   Command command =
       line.command("submit", "Submit a scene to a coordinator; prints the number of the new job");
   const auto options = std::make_shared<SubmitCommand>();
@@ -214,7 +214,7 @@ void add_submit(CommandLine& line, Action& chosen) {
                   "renders a series of frames as one job");
   command.example("parray submit scenes/glass.json --coordinator tcp://farm:7400 --keys ann.key",
                   "submits to the coordinator at this address, with your key");
-  command.on_chosen([options, &chosen] { chosen = [options] { return submit(*options); }; });
+  command.runs([options] { return submit(*options); });
 }
 
 }  // namespace parray::commands

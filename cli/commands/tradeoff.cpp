@@ -199,7 +199,7 @@ int run(const TradeoffCommand& command) {
 
 }  // namespace
 
-void add_tradeoff(CommandLine& line, Action& chosen) {
+void add_tradeoff(CommandLine& line) {
   Command command = line.command(
       "tradeoff", "Measure the cost of accuracy on this machine; find the fastest settings");
   const auto options = std::make_shared<TradeoffCommand>();
@@ -237,7 +237,7 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   command.example(
       "parray tradeoff scenes/glass.json -o trade --error 0.01",
       "finds the fastest settings for this error (RMSE, linear radiance), in two minutes");
-  command.on_chosen([options, &chosen] { chosen = [options] { return run(*options); }; });
+  command.runs([options] { return run(*options); });
 }
 
 }  // namespace parray::commands

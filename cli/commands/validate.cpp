@@ -372,7 +372,7 @@ int validate(const ValidateCommand& command) {
 
 }  // namespace
 
-void add_validate(CommandLine& line, Action& chosen) {
+void add_validate(CommandLine& line) {
   Command command = line.command(
       "validate",
       "Check a scene file or a file of particles; print its contents, requirements and automatic "
@@ -386,7 +386,7 @@ void add_validate(CommandLine& line, Action& chosen) {
   command.example(
       "parray validate scenes/particles/helix.pdb",
       "prints atoms, residues, frames, the cell, and data that was guessed or left out");
-  command.on_chosen([options, &chosen] { chosen = [options] { return validate(*options); }; });
+  command.runs([options] { return validate(*options); });
 }
 
 }  // namespace parray::commands

@@ -238,7 +238,7 @@ int verify(const VerifyCommand& command) {
 
 }  // namespace
 
-void add_verify(CommandLine& line, Action& chosen) {
+void add_verify(CommandLine& line) {
   Command command = line.command(
       "verify",
       "Check a finished picture: its hash and, with its scene, some pixels, traced again");
@@ -258,7 +258,7 @@ void add_verify(CommandLine& line, Action& chosen) {
   add_json(command, options->as_json);
   command.example("parray verify glass.exr", "compares the pixels with the hash in the file");
   command.example("parray verify glass.exr scenes/glass.json", "also traces 299 pixels again");
-  command.on_chosen([options, &chosen] { chosen = [options] { return verify(*options); }; });
+  command.runs([options] { return verify(*options); });
 }
 
 }  // namespace parray::commands

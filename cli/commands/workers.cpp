@@ -172,7 +172,7 @@ int workers(const WorkersCommand& command) {
 
 }  // namespace
 
-void add_workers(CommandLine& line, Action& chosen) {
+void add_workers(CommandLine& line) {
   Command command =
       line.command("workers", "List the coordinator's workers; show, drain or readmit them");
   const auto options = std::make_shared<WorkersCommand>();
@@ -198,7 +198,7 @@ void add_workers(CommandLine& line, Action& chosen) {
                   "grants no more leases to the workers of a machine");
   command.example("parray workers readmit node7-4711",
                   "grants leases again, also after a quarantine");
-  command.on_chosen([options, &chosen] { chosen = [options] { return workers(*options); }; });
+  command.runs([options] { return workers(*options); });
 }
 
 }  // namespace parray::commands

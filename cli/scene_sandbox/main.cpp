@@ -129,12 +129,10 @@ void confinement(const Arguments& a) {
 }
 
 /// Makes `work` what the program does if the command line names `command`.
-void does(Command& command, Action& chosen, std::function<void()> work) {
-  command.on_chosen([&chosen, work = std::move(work)] {
-    chosen = [work] {
-      work();
-      return 0;
-    };
+void does(Command& command, std::function<void()> work) {
+  command.runs([work = std::move(work)] {
+    work();
+    return 0;
   });
 }
 
@@ -161,21 +159,20 @@ Command picture_command(CommandLine& line, PictureRequest& picture) {
 
 int main(int argc, char** argv) {
   Arguments a;
-  Action chosen;
   return run_main(as_parray, argc, argv, [&](CommandLine& line) -> Action {
     line.number("--memory", a.resources.memory, 0, std::size_t{1} << 50, "Bytes").required();
     line.number("--seconds", a.resources.seconds, 1, 1000000, "Processor time").required();
     line.number("--first", a.first, 0, std::size_t{1} << 32, "Place of the first frame");
     line.number("--threads", a.threads, 0, std::size_t{1} << 32, "Threads of the farm");
     Command submit = upload_command(line, "submit", "Read a scene", a.upload);
-    does(submit, chosen, [&] { write_upload_jobs(a.upload, a.first, a.resources); });
+    does(submit, [&] { write_upload_jobs(a.upload, a.first, a.resources); });
     Command plan = upload_command(line, "plan", "Forecast a scene", a.planned);
-    does(plan, chosen, [&] { write_forecast(a.planned, a.threads, a.resources); });
+    does(plan, [&] { write_forecast(a.planned, a.threads, a.resources); });
     Command picture = picture_command(line, a.picture);
-    does(picture, chosen, [&] { write_picture_file(a.picture, a.resources); });
+    does(picture, [&] { write_picture_file(a.picture, a.resources); });
     Command attempt = line.command("confinement", "Try forbidden actions");
     attempt.option("FILE", a.foreign, "File that the process must not be able to read").required();
-    does(attempt, chosen, [&] { confinement(a); });
-    return [&chosen] { return chosen ? chosen() : 2; };
+    does(attempt, [&] { confinement(a); });
+    return [&line] { return line.chosen() ? line.chosen()() : 2; };
   });
 }

@@ -275,7 +275,9 @@ void Command::example(const std::string& command, const std::string& about) {
   text_->examples.push_back({command, about});
 }
 
-void Command::on_chosen(std::function<void()> chosen) { app_->callback(std::move(chosen)); }
+void Command::runs(Action action) {
+  app_->callback([chosen = chosen_, action = std::move(action)] { *chosen = action; });
+}
 
 std::vector<GivenOption> Command::given_options() const {
   std::vector<GivenOption> given;
@@ -299,7 +301,8 @@ std::vector<GivenOption> Command::given_options() const {
 }
 
 CommandLine::CommandLine(const std::string& description, const std::string& program)
-    : Command(nullptr, nullptr), root_(std::make_unique<CLI::App>(description, program)) {
+    : Command(nullptr, nullptr, &chosen_action_),
+      root_(std::make_unique<CLI::App>(description, program)) {
   app_ = root_.get();
   text_ = &program_.self;
   text_->name = program;
@@ -320,7 +323,7 @@ Command CommandLine::command(const std::string& name, const std::string& descrip
   text.heading = heading_;
   text.about = description;
   program_.commands.push_back(std::move(text));
-  return {root_->add_subcommand(name, description), &program_.commands.back()};
+  return {root_->add_subcommand(name, description), &program_.commands.back(), &chosen_action_};
 }
 
 void CommandLine::add_help_command() {

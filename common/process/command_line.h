@@ -21,6 +21,10 @@ class Option;
 /// not move until the command line is parsed.
 namespace parray::process {
 
+/// Does the work of a program or a command and returns the exit status. Throws InputError, RunError
+/// or Interrupted.
+using Action = std::function<int()>;
+
 /// The command line cannot be understood.
 class UsageError : public InputError {
  public:
@@ -80,7 +84,9 @@ struct GivenOption {
 /// A command with its options, such as `parray render`.
 class Command {
  public:
-  Command(CLI::App* app, CommandText* text) : app_(app), text_(text) {}
+  /// `chosen`: where parse() keeps the action of the command that the user names.
+  Command(CLI::App* app, CommandText* text, Action* chosen)
+      : app_(app), text_(text), chosen_(chosen) {}
 
   /// Declares an option. `names` has CLI11's form: "-o,--output", or "SCENE" for an argument.
   /// `description`: its text in the help. Parsing writes the given value to `target`; a missing
@@ -113,8 +119,8 @@ class Command {
   /// fails if the program does not understand the command.
   void example(const std::string& command, const std::string& about);
 
-  /// Makes parse() call `chosen` if the command line names this command.
-  void on_chosen(std::function<void()> chosen);
+  /// Sets what CommandLine::chosen() returns if the user names this command.
+  void runs(Action action);
   /// Returns the given options. First come those without in_order(), once each, with the last
   /// value. Then come the others in their order, as often as they are given.
   [[nodiscard]] std::vector<GivenOption> given_options() const;
@@ -127,6 +133,7 @@ class Command {
   CommandText* text_;
 
  private:
+  Action* chosen_;
   std::string section_;
   std::optional<Option> section_needs_;
   using Values = std::shared_ptr<std::vector<std::string>>;
@@ -165,12 +172,16 @@ class CommandLine : public Command {
   /// Parses options without the program's name, written as in a shell. Throws UsageError.
   void parse(const std::string& words);
 
+  /// Returns the action of the command that the user named; empty if the user named none.
+  [[nodiscard]] const Action& chosen() const { return chosen_action_; }
+
  private:
   [[nodiscard]] std::string help_of(const std::string& name) const;
   void check_needs() const;
 
   std::unique_ptr<CLI::App> root_;
   ProgramText program_;
+  Action chosen_action_;
   std::string heading_ = "Commands";
   std::string topic_;         ///< COMMAND of the help command
   bool all_options_ = false;  ///< --all of the help command

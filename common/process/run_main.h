@@ -3,15 +3,9 @@
 #include <functional>
 #include <string>
 
-#include "common/rooms.h"
+#include "common/process/command_line.h"
 
 namespace parray::process {
-
-class CommandLine;
-
-/// Does the work of a program and returns its exit status. Throws InputError, RunError or
-/// Interrupted.
-using Action = std::function<int()>;
 
 /// The properties of a program that its --help shows.
 struct Program {
