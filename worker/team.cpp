@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "common/base/printable.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "proto/clock.h"
 #include "worker/cell_tracer.h"
 
@@ -35,7 +35,8 @@ std::shared_ptr<const PathTracer> ThreadTeam::tracer_for(const LeaseWork& assign
         accelerators_->build(assignment.scene_id, *assignment.scene, assignment.settings, threads_);
     build_seconds_ = to_seconds(clock.now() - begin);
   }
-  return make_path_tracer(std::move(accelerator), assignment.scene->camera, assignment.settings);
+  return make_path_tracer(std::move(accelerator), assignment.scene->camera,
+                          picture_of(assignment.settings));
 }
 
 void ThreadTeam::prepare(const LeaseWork& assignment) {

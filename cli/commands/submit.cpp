@@ -19,7 +19,7 @@
 #include "common/base/files.h"
 #include "common/base/printable.h"
 #include "common/process/stop_signal.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::commands {
 namespace {
@@ -113,7 +113,7 @@ int submit_frames(const SubmitCommand& command) {
                                      command.scene, "render the frames one by one to have them");
     }
     Submission submission = std::move(loaded.submission);
-    check_image_size(outputs.image, submission.settings->width, submission.settings->height);
+    check_image_size(outputs.image, width_of(submission.settings), height_of(submission.settings));
     submission.max_failures = command.max_failures;
     if (!command.name.empty()) submission.name = command.name;
     return submission;

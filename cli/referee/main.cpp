@@ -20,7 +20,7 @@
 #include "common/math/float_mode.h"
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/messages.h"
 #include "proto/stream_frames.h"
@@ -133,7 +133,7 @@ class RefereeProgram {
     const FloatMode ieee;
     auto accelerator = accelerators_.find(scene_id_, grant.settings);
     if (!accelerator) accelerator = accelerators_.build(scene_id_, *scene_, grant.settings, 1);
-    const auto tracer = make_path_tracer(accelerator, scene_->camera, grant.settings);
+    const auto tracer = make_path_tracer(accelerator, scene_->camera, picture_of(grant.settings));
     std::atomic<std::uint64_t> count = 0;
     msg::Result result;
     result.job = grant.job;

@@ -5,7 +5,7 @@
 
 #include "common/adaptive/passes.h"
 #include "common/scene/limits.h"
-#include "common/scene/settings.h"
+#include "common/scene/stop_settings.h"
 
 namespace parray::adaptive {
 namespace {

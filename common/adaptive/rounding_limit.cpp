@@ -5,7 +5,7 @@
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/scene/settings.h"
+#include "common/scene/stop_settings.h"
 
 namespace parray::adaptive {
 namespace {

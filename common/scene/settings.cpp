@@ -134,6 +134,12 @@ std::uint64_t pixel_count(const RenderSettings& settings) {
 
 std::uint32_t max_depth_of(const RenderSettings& settings) { return settings.max_depth; }
 
+std::uint32_t samples_per_pixel_of(const RenderSettings& settings) {
+  return settings.samples_per_pixel;
+}
+
+const PictureSettings& picture_of(const RenderSettings& settings) { return settings; }
+
 }  // namespace parray::scene
 
 template class parray::base::Boxed<parray::scene::RenderSettings>;

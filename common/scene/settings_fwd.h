@@ -19,6 +19,8 @@ std::uint32_t width_of(const RenderSettings& settings);
 std::uint32_t height_of(const RenderSettings& settings);
 std::uint64_t pixel_count(const RenderSettings& settings);
 std::uint32_t max_depth_of(const RenderSettings& settings);
+std::uint32_t samples_per_pixel_of(const RenderSettings& settings);
+const PictureSettings& picture_of(const RenderSettings& settings);
 
 }  // namespace parray::scene
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/loop/worker_desk.h"
@@ -230,8 +230,9 @@ bool JobBook::fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) cons
 
 /// Without a store: keeps the unfinished picture of a job that has ended, if there is room.
 void JobBook::keep_unfinished(const Job& job, std::shared_ptr<JobRun> run) {
-  const RenderSettings& s = job.record.settings;
-  const std::uint64_t bytes = picture_size(s.width, s.height, PictureDetail::statistics);
+  const auto& settings = job.record.settings;
+  const std::uint64_t bytes =
+      picture_size(width_of(settings), height_of(settings), PictureDetail::statistics);
   const auto fits = [this, bytes] { return memory_in_use() + bytes <= farm_.options.memory; };
   if (!fits()) return;
   auto task = [this, fits, bytes, run = std::move(run), id = job.record.id,

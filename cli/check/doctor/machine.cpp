@@ -24,7 +24,7 @@
 #include "common/base/sha256.h"
 #include "common/math/float_mode.h"
 #include "common/scene/requirements.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/work_plan.h"
 #include "common/trace/isa.h"
 #include "coordinator/store/disk_store.h"
@@ -210,8 +210,9 @@ CheckResult check_current_directory(const fs::path& directory) {
 }
 
 std::uint64_t window_bytes() {
-  const RenderSettings settings = resolve_settings(requirements_of({}), {}).settings;
-  const WorkPlan plan(settings, {{{0, settings.samples_per_pixel}}, {}});
+  const Boxed<RenderSettings> defaults;
+  const auto settings = resolve_settings(requirements_of({}), defaults).settings;
+  const WorkPlan plan(settings, {{{0, samples_per_pixel_of(settings)}}, {}});
   const auto ranks = static_cast<std::uint32_t>(usable_cpus());
   constexpr std::uint64_t own_of_rank = 4 << 20;  // Open MPI's buffers (btl_vader_segment_size)
   return WindowLayout(*plan.grid(), ranks).bytes() + ranks * own_of_rank;

@@ -13,7 +13,7 @@
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/scene/limits.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::verify {
 namespace {
@@ -103,12 +103,12 @@ VerifiedPicture read_verified_picture(const std::string& file, bool traced) {
 std::string misfit_of(const VerifiedPicture& picture) {
   const RenderSettings& settings = picture.recipe.settings;
   const Image& image = picture.file.image;
-  if (image.width != settings.width || image.height != settings.height) {
+  if (image.width != width_of(settings) || image.height != height_of(settings)) {
     return "the file has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-           " pixels, but its recipe states " + std::to_string(settings.width) + " x " +
-           std::to_string(settings.height);
+           " pixels, but its recipe states " + std::to_string(width_of(settings)) + " x " +
+           std::to_string(height_of(settings));
   }
-  std::uint64_t samples = picture.pixels() * settings.samples_per_pixel;
+  std::uint64_t samples = picture.pixels() * samples_per_pixel_of(settings);
   if (!picture.recipe.equal_samples) {
     const auto* const counts = samples_in(picture);
     if (counts == nullptr) return "";

@@ -106,12 +106,12 @@ inline constexpr std::uint32_t many_steady_samples = 64;
 /// thread before each band of rows, several times a second. If `between_bands` throws, the function
 /// stops and rethrows the exception.
 Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
-                        const RenderSettings& settings, std::uint32_t samples, int threads,
+                        const PictureSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands = {});
 
 /// Returns a tracer with another seed than the picture's: the picture contains none of its samples.
 std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene& scene,
-                                          const RenderSettings& settings);
+                                          const PictureSettings& settings);
 
 struct Denoised {
   std::vector<float> rgb;  ///< linear radiance, 3 values per pixel, in image order

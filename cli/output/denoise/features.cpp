@@ -5,7 +5,7 @@
 
 #include "cli/output/denoise/denoise.h"
 #include "common/math/float_mode.h"
-#include "common/scene/settings.h"
+#include "common/scene/picture_settings.h"
 
 namespace parray::denoise {
 namespace {
@@ -19,7 +19,7 @@ constexpr std::uint32_t several_spheres = no_shape - 1;
 
 using Values = std::array<double, feature_count>;
 
-FeaturePlanes planes_of(const RenderSettings& settings) {
+FeaturePlanes planes_of(const PictureSettings& settings) {
   return {feature_count, Plane(settings.width, settings.height)};
 }
 
@@ -27,7 +27,7 @@ FeaturePlanes planes_of(const RenderSettings& settings) {
 class FeatureRows {
  public:
   FeatureRows(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
-              const RenderSettings& settings, std::uint32_t samples)
+              const PictureSettings& settings, std::uint32_t samples)
       : tracer_(tracer),
         steady_tracer_(steady),
         scene_(scene),
@@ -202,7 +202,7 @@ class FeatureRows {
 };
 
 /// Calls visit(y, hits) for all rows. Each thread has its own `hits`.
-void for_rows(const RenderSettings& settings, int threads,
+void for_rows(const PictureSettings& settings, int threads,
               const std::function<void()>& between_bands, auto&& visit) {
   constexpr std::uint32_t band_samples = 1U << 18;
   const std::uint32_t band =
@@ -224,14 +224,14 @@ void for_rows(const RenderSettings& settings, int threads,
 }  // namespace
 
 std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene& scene,
-                                          const RenderSettings& settings) {
-  PictureSettings other = settings.picture();
+                                          const PictureSettings& settings) {
+  PictureSettings other = settings;
   other.seed = ~settings.seed;
   return make_path_tracer(tracer.accelerator(), scene.camera, other);
 }
 
 Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
-                        const RenderSettings& settings, std::uint32_t samples, int threads,
+                        const PictureSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands) {
   FeatureRows rows(tracer, steady, scene, settings, samples);
   const auto fill = [&](std::uint32_t y, std::vector<FirstHit>& hits) { rows.fill(y, hits); };

@@ -6,7 +6,7 @@
 
 #include "common/scene/largest_radiance.h"
 #include "common/scene/origin.h"
-#include "common/scene/settings.h"
+#include "common/scene/picture_settings.h"
 #include "common/trace/bvh/wide_bvh.h"
 #include "common/trace/device/device_view.h"
 #include "common/trace/integrator/path.h"

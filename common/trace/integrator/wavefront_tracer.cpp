@@ -11,7 +11,7 @@
 #include "common/base/bands.h"
 #include "common/image/radiance_scale.h"
 #include "common/scene/largest_radiance.h"
-#include "common/scene/settings.h"
+#include "common/scene/picture_settings.h"
 #include "common/trace/bvh/wide_bvh.h"
 #include "common/trace/integrator/isa_kernels.h"
 #include "common/trace/integrator/scene_parts.h"
