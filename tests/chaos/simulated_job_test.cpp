@@ -71,7 +71,7 @@ JobOptions random_job(Dice& dice) {
   return job;
 }
 
-void check_picture(const SimJob& job, const JobOptions& options) {
+void check_job_picture(const SimJob& job, const JobOptions& options) {
   const Framebuffer& picture = job.framebuffer();
   const RenderSettings& settings = options.settings;
   const std::vector<std::uint32_t> all(picture.pixels().size(), settings.samples_per_pixel);
@@ -93,7 +93,7 @@ void check_account(const SimJob& job, const JobOptions& options) {
 double efficiency_of(const JobOptions& options) {
   SimJob job(options);
   REQUIRE(job.run());
-  check_picture(job, options);
+  check_job_picture(job, options);
   check_account(job, options);
   return job.running_efficiency();
 }
@@ -110,7 +110,7 @@ TEST_CASE(
     const JobOptions options = random_job(dice);
     SimJob job(options);
     REQUIRE(job.run());
-    check_picture(job, options);
+    check_job_picture(job, options);
     check_account(job, options);
     copies += job.totals().copies;
     duplicates += job.totals().duplicates;
@@ -126,7 +126,7 @@ TEST_CASE("A job ends if all ranks except the first die at once, but not if the 
   }
   SimJob job(options);
   CHECK(job.run());
-  check_picture(job, options);
+  check_job_picture(job, options);
   check_account(job, options);
   CHECK(job.seconds() > 4);  // the work takes 12 seconds of two threads
 

@@ -26,7 +26,7 @@ bool skipped(const std::string& file) {
 }
 
 /// Compares a picture of a device with the CPU's.
-void check_picture(OpenCl& device, const Scene& scene, const RenderSettings& settings) {
+void check_opencl_picture(OpenCl& device, const Scene& scene, const RenderSettings& settings) {
   const DevicePictureSums found =
       device_sums(scene, settings, [&](const Launch& launch) { device.run(launch); });
   CHECK(found.sums == sums_of(*make_path_tracer(scene, settings), settings));
@@ -40,7 +40,7 @@ TEST_CASE("through OpenCL, kernels have the scalar tracer's bits for every scene
   OpenCl device(kernels);
   for (const NamedScene& named : all_scene_files(60, 40, 8)) {
     CAPTURE(named.name);
-    check_picture(device, named.scene, named.settings);
+    check_opencl_picture(device, named.scene, named.settings);
   }
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("long: through OpenCL, every scene file in every precision, sampler an
           settings.precision = precision;
           settings.sampler = sampler;
           settings.accelerator = search;
-          check_picture(device, named.scene, settings);
+          check_opencl_picture(device, named.scene, settings);
         }
       }
     }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "tests/support/capsule_cases.h"
 #include "tests/support/extremes.h"

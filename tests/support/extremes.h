@@ -18,7 +18,7 @@ inline std::uint64_t seeded(std::uint64_t seed) {
   return seed + 1'000'003 * environment_number("PARRAY_EXTREMES_SEED", 0);
 }
 
-/// Returns what is measured, with its precision.
+/// Returns `what` with the name of the precision after it.
 template <typename Real>
 std::string named(const std::string& what) {
   return what + (sizeof(Real) == sizeof(float) ? ", f32" : ", f64");

@@ -15,6 +15,7 @@ namespace {
 using test::Names;
 
 using Words = std::vector<std::string_view>;
+
 std::string unit_for(const std::string& header) {
   return unit_of_positions(table_names(words_of_header(header)), {});
 }
