@@ -53,6 +53,7 @@ void read(const json& map, const Setting& setting, const Rule& rule, T& value) {
   constexpr unsigned may_miss = traits::since | traits::in_passes | traits::if_set;
   if (setting.is(may_miss) && !map.contains(setting.key)) {
     value = T{};
+    // NOLINTNEXTLINE(bugprone-branch-clone): branches of other types look equal
   } else if constexpr (std::is_same_v<Rule, Words>) {
     value = static_cast<T>(index_in(rule, word(map, setting.key)));
   } else if constexpr (std::is_same_v<Rule, IntegerRange>) {

@@ -13,7 +13,7 @@ constexpr Time longest_wait = milliseconds(5);
 }  // namespace
 
 LeaseRunner::LeaseRunner(LeaseSource& source, Team& team, const Clock& clock, WorkTally before)
-    : source_(source), team_(team), clock_(clock), tally_(std::move(before)) {
+    : source_(source), team_(team), clock_(clock), tally_(before) {
   if (tally_.samples > 0 && tally_.busy > 0) {
     samples_per_second_ = static_cast<double>(tally_.samples) / tally_.busy;
   }

@@ -32,8 +32,9 @@ std::string facts(const JobStatus& job) {
   if (job.frames > 0) text += "  " + frames_text(job);
   if (job.ended()) return text + "  " + job.state;
   if (!job.waits_for.empty()) return text + "  waits for: " + printable(job.waits_for, 200);
-  if (job.state == "finishing" || job.state == "paused" || job.state == "reading")
+  if (job.state == "finishing" || job.state == "paused" || job.state == "reading") {
     text += "  " + job.state;
+  }
   if (job.samples_per_second > 0) text += "  " + with_unit(job.samples_per_second, "samples/s");
   if (const std::string target = target_text(job); !target.empty()) text += "  " + target;
   if (job.seconds_left >= 0) text += "  " + duration_text(job.seconds_left) + " left";

@@ -113,6 +113,7 @@ std::string table_text(const std::vector<std::string>& header,
 
 std::string list_text(const std::vector<std::pair<std::string, std::string>>& pairs) {
   std::vector<std::vector<std::string>> lines;
+  lines.reserve(pairs.size());
   for (const auto& [name, value] : pairs) lines.push_back({name, value});
   return aligned(lines);
 }

@@ -27,6 +27,7 @@ struct Planned {
 /// when the first begins.
 double plan_priority(std::vector<Planned>& jobs, double at) {
   std::vector<Planned*> by_work;
+  by_work.reserve(jobs.size());
   for (Planned& planned : jobs) by_work.push_back(&planned);
   std::ranges::stable_sort(by_work, {}, &Planned::work);
   std::size_t oldest = 0;
@@ -127,6 +128,7 @@ struct Start {
 /// thread-seconds per second of this user. `lease`: the most thread-seconds of one lease.
 void start_starving(const UserPlan& user, double speed, double lease, std::vector<Start>& starts) {
   std::vector<std::pair<double, Start*>> waiting;  // when the job starves
+  waiting.reserve(starts.size());
   std::map<JobId, const Entry*> jobs;
   for (const Planned& planned : user.jobs) jobs.emplace(planned.job->id, planned.job);
   for (Start& start : starts) waiting.emplace_back(jobs.at(start.id)->until_starving, &start);

@@ -289,6 +289,7 @@ class GsdFrames final : public FrameReader {
       if (chunk->type == GsdType::character || chunk->columns > most_columns) continue;
       const std::vector<std::string> names = column_names(name, chunk->columns);
       std::vector<std::optional<std::size_t>> wanted;
+      wanted.reserve(names.size());
       for (const std::string& column : names) {
         wanted.push_back(request_.wants(column) ? std::optional(columns.add_numbers(column))
                                                 : std::nullopt);

@@ -369,6 +369,7 @@ class Prober {
 
   [[nodiscard]] std::vector<MeasuredError> measured(const std::vector<Stage>& stages) const {
     std::vector<MeasuredError> errors;
+    errors.reserve(stages.size());
     for (const Stage& stage : stages) {
       errors.push_back({stage.samples, error_scale_ * stage.rmse, stage.relative});
     }
@@ -377,6 +378,7 @@ class Prober {
 
   static std::vector<TracedPass> passes_of(const std::vector<Stage>& stages) {
     std::vector<TracedPass> passes;
+    passes.reserve(stages.size());
     for (const Stage& stage : stages) passes.push_back(stage.pass);
     return passes;
   }

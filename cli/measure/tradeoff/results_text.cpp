@@ -166,6 +166,7 @@ std::string farms_text(const TradeoffResults& results) {
     }
   }
   std::vector<std::vector<std::string>> cells;
+  cells.reserve(lines.size());
   for (const auto& [rmse, line] : lines) cells.push_back(line);
   return table_text(header, cells);
 }

@@ -120,9 +120,10 @@ void Font::draw(Coverage& coverage, const Point& origin, std::string_view text) 
 void Font::check(std::string_view text, const std::string& what) const {
   while (!text.empty()) {
     const std::optional<char32_t> code = take_character(text);
-    if (!code)
+    if (!code) {
       throw InputError(what +
                        ": the text is not UTF-8: use a terminal or a script with that encoding");
+    }
     const bool control = *code < 0x20 || (*code >= 0x7F && *code < 0xA0);
     if (!control && FT_Get_Char_Index(library_->face, *code) != 0) continue;
     char name[16];

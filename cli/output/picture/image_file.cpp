@@ -297,8 +297,9 @@ std::string exr_library_version() { return exr_codec().version(); }
 static void check_file(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found)
+  if (status.type() == fs::file_type::not_found) {
     throw InputError(path.string() + ": no such file: check the path");
+  }
   if (fs::is_directory(status)) {
     throw InputError(path.string() + ": is a directory: name a picture in it");
   }

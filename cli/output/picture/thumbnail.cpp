@@ -46,7 +46,8 @@ Image thumbnail(const Image& image, std::uint32_t width) {
     for (const auto& pixels : columns) {
       for (std::size_t channel = 0; channel < 3; ++channel) {
         double sum = 0;
-        for (const Share& share : pixels) sum += share.weight * row[3 * share.from + channel];
+        for (const Share& share : pixels)
+          sum += share.weight * row[std::size_t{3} * share.from + channel];
         made.rgb.push_back(static_cast<float>(sum));
       }
     }

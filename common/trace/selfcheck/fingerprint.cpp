@@ -26,7 +26,8 @@ Scene built_in_scene() {
   }
   // Sticks of every material; some glass ones overlap a ball of the same glass.
   for (std::uint32_t i = 0; i < 40; ++i) {
-    const Vec3d from{0.8 * (i % 8) - 1, 0.3, i / 8 - 2.5};
+    const std::uint32_t row = i / 8;
+    const Vec3d from{0.8 * (i % 8) - 1, 0.3, row - 2.5};
     const Vec3d along{0.1 * (i % 3), 0.25 * (i % 5), 0.5 - 0.125 * (i % 7)};
     scene.capsules.push_back({from, from + along, 0.0625 * (1 + i % 3), i % 4});
   }
