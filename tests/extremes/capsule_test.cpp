@@ -113,9 +113,10 @@ TEST_CASE_TEMPLATE("a capsule scaled by a power of two is met at the scaled dist
     const bool met = enters(ray, capsule, t);
     REQUIRE(enters(moved, scaled, scaled_t) == met);
     if (met) REQUIRE(scaled_t == factor * t);
-    if (met)
+    if (met) {
       REQUIRE(surface_point(moved, scaled, false).normal ==
               surface_point(ray, capsule, false).normal);
+    }
   }
 }
 

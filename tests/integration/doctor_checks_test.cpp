@@ -285,7 +285,7 @@ TEST_CASE(
   CHECK(check_state(directory.path()).status == CheckStatus::ok);
   const fs::path nowhere = directory.path() / "a" / "b";
   CHECK(run({"pictures", [&] { return check_pictures(nowhere); }}).status == CheckStatus::failed);
-  std::ofstream(directory.path() / "file");
+  std::ofstream(directory.path() / "file").close();
   CHECK(run({"state", [&] { return check_state(directory.path() / "file"); }}).status ==
         CheckStatus::failed);
   CHECK(check_current_directory(directory.path()).status == CheckStatus::ok);

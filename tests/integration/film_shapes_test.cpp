@@ -28,8 +28,9 @@ class Scenes {
       if (at != std::string::npos) file.replace(at, 1, std::to_string(i));
       std::ofstream(file) << texts[i];
     }
-    if (texts.size() > 1)
+    if (texts.size() > 1) {
       course.frames = chosen_frames_from("0:" + std::to_string(texts.size() - 1));
+    }
     process::CommandLine line;
     commands::RenderOptions options;
     options.add_to(line);

@@ -25,7 +25,7 @@ class KeyedServer : TemporaryDirectory, public Server {
   [[nodiscard]] std::filesystem::path keys() const { return path() / "keys"; }
 
  private:
-  std::filesystem::path made_keys() {
+  [[nodiscard]] std::filesystem::path made_keys() const {
     make_farm_keys(keys());
     return keys();
   }

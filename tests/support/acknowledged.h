@@ -126,14 +126,16 @@ inline void check_all(const std::filesystem::path& directory, const Acknowledged
       return false;
     }
   };
-  for (const auto& [id, picture] : acknowledged.pictures) {
+  for (const auto& done : acknowledged.pictures) {
+    const JobId id = done.first;  // Clang 14 does not capture a structured binding
     const bool there = states.contains(id) && states.at(id) == JobState::done &&
-                       right([&, id = id] { return store.picture(id).value_or(""); }, picture);
+                       right([&] { return store.picture(id).value_or(""); }, done.second);
     CHECK_MESSAGE((there || names(lines, id)), "job " << id << " has lost its picture silently");
   }
-  for (const auto& [id, rows] : acknowledged.rows) {
+  for (const auto& unfinished : acknowledged.rows) {
+    const JobId id = unfinished.first;
     const bool there = states.contains(id) && states.at(id) == JobState::queued &&
-                       right([&, id = id] { return rows_of(store, id); }, rows);
+                       right([&] { return rows_of(store, id); }, unfinished.second);
     CHECK_MESSAGE((there || names(lines, id)), "job " << id << " has lost rows silently");
   }
   CHECK_FALSE(states.contains(5));

@@ -274,8 +274,9 @@ TEST_CASE("a number that the kernel could not bear is refused") {
     CHECK_FALSE(refused(with_value(bytes, range.at, range.high)));
     CHECK(refused(with_value(bytes, range.at, std::nextafter(range.high, inf))));
     CHECK(refused(with_value(bytes, range.at, std::nextafter(range.low, -inf))));
-    for (const double bad : {nan, -nan, inf, -inf})
+    for (const double bad : {nan, -nan, inf, -inf}) {
       CHECK(refused(with_value(bytes, range.at, bad)));
+    }
   }
   for (const double radius : {0.0, -0.0, -1.0}) {
     CHECK(refused(with_value(bytes, spheres_at + 24, radius)));

@@ -207,8 +207,9 @@ TEST_CASE("numbers of different purposes and bounces are independent over seeds"
     for (std::size_t k = 0; k < spread_numbers; ++k) values[k].push_back(u[k]);
   }
   for (std::size_t i = 0; i < spread_numbers; ++i) {
-    for (std::size_t j = 0; j < i; ++j)
+    for (std::size_t j = 0; j < i; ++j) {
       CHECK(std::abs(correlation_z(values[i], values[j])) < z_limit);
+    }
   }
 }
 

@@ -37,7 +37,8 @@ struct Desk {
   explicit Desk(RefereeDesk::Options options = {})
       : referee(std::make_shared<SimReferee>([this] { return now; })), desk(referee, options) {}
 
-  RefereeCase made(bool dispute, std::vector<std::uint64_t> cells, std::uint64_t generation = 1) {
+  [[nodiscard]] RefereeCase made(bool dispute, std::vector<std::uint64_t> cells,
+                                 std::uint64_t generation = 1) const {
     RefereeCase one;
     one.generation = generation;
     one.dispute = dispute;

@@ -46,7 +46,7 @@ class Twins {
   }
 
   /// Job 1 is done, job 2 has two rows.
-  void work() {
+  void work() const {
     primary->put_scene(scene_digest(), scene_text);
     primary->put_job(job_of(1, JobState::done));
     put_picture(*primary, 1, "the picture of job 1");
@@ -57,7 +57,7 @@ class Twins {
   }
 
   /// Checks that both stores have committed the same content.
-  void check_same() {
+  void check_same() const {
     const StoredState of_primary = stored_state(*primary_disk);
     CHECK(of_primary == stored_state(*standby_disk));
     CHECK(primary_disk->scene(scene_digest()) == standby_disk->scene(scene_digest()));

@@ -228,16 +228,15 @@ TEST_CASE(
   const fs::path killed = directory.path() / "killed";
   const fs::path damaged = directory.path() / "damaged";
   const Acknowledged acknowledged = make_killed_state(killed, directory.path() / "workshop");
-  for (const auto& [name, size] : files_below(killed)) {
+  for (const auto& file : files_below(killed)) {
+    const std::string& name = file.first;  // Clang 14 does not capture a structured binding
     CAPTURE(name);
     for (const bool pipe : {false, true}) {
       copy_state(killed, damaged);
       fs::remove(damaged / name);
       REQUIRE((pipe ? mkfifo((damaged / name).c_str(), 0600) == 0
                     : fs::create_directories(damaged / name / "inside")));
-      const auto is_it = [&, name = name](const std::string& line) {
-        return line.starts_with(name + " is a ");
-      };
+      const auto is_it = [&](const std::string& line) { return line.starts_with(name + " is a "); };
       const Strings lines = find_damage(damaged);
       CHECK(std::ranges::any_of(lines, is_it));
       const Strings done = repair_state(damaged, 1e9);

@@ -97,8 +97,10 @@ TEST_CASE("LAMMPS dumps: empty frames at the beginning are skipped") {
 TEST_CASE("LAMMPS dumps: UNITS in the first frame gives all frames their unit of length") {
   const ParticleFiles files;
   const std::string frame = "ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z\n1 2 3\n";
-  for (const auto& [style, unit] : {std::pair("metal", "angstrom"), std::pair("nano", "nm"),
-                                    std::pair("si", "m"), std::pair("lj", "")}) {
+  for (const auto& row : {std::pair("metal", "angstrom"), std::pair("nano", "nm"),
+                          std::pair("si", "m"), std::pair("lj", "")}) {
+    const char* const style = row.first;  // Clang 14 does not capture a structured binding
+    const char* const unit = row.second;
     CAPTURE(style);
     const auto file =
         files.write("a.dump", std::string("ITEM: UNITS\n") + style + "\n" + frame + frame);

@@ -26,10 +26,8 @@ TEST_CASE("positions have the names of many programs, also with a unit") {
   for (const char* header :
        {"x y z", "X [m] Y [m] Z [m]", "x(mm) y(mm) z(mm)", "x_pc,y_pc,z_pc", "X_PC\tY_PC\tZ_PC",
         "Rx Ry Rz", "pos_x;pos_y;pos_z", "pos_x_mm,pos_y_mm,pos_z_mm",
-        "\"Points:0\",\"Points:1\","
-        "\"Points:2\"",
-        "Position (X),Position (Y),Position (Z)", "pos[0],pos[1],pos[2]", "xu yu zu",
-        "x [-],y [-],z [-]"}) {
+        R"("Points:0","Points:1","Points:2")", "Position (X),Position (Y),Position (Z)",
+        "pos[0],pos[1],pos[2]", "xu yu zu", "x [-],y [-],z [-]"}) {
     CAPTURE(header);
     const TableNames table = table_names(words_of_header(header));
     CHECK(table.has_positions);

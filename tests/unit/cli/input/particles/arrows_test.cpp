@@ -46,13 +46,16 @@ TEST_CASE("a vector is found by its word, its name or its columns") {
       {"force", {"fx", "fy", "fz"}},     {"force", {"forces_x", "forces_y", "forces_z"}},
       {"mu", {"mux", "muy", "muz"}},     {"magmom", {"magmom_x", "magmom_y", "magmom_z"}},
       {"spin,b, c", {"spin", "b", "c"}}, {"velocity", {"velocity:0", "velocity:1", "velocity:2"}}};
-  for (const auto& [text, names] : cases) {
+  for (const auto& row : cases) {
+    const std::string& text = row.first;  // Clang 14 does not capture a structured binding
+    const Names& names = row.second;
     CAPTURE(text);
     Particles particles = moving(names);
     CHECK(arrows_of(arrows_from(text), 1.0, particles).arrows ==
           std::vector<Vec3d>{{3, 4, 0}, {0, 0, 0}, {0, 0, -1}});
-    for (const std::string& name : names)
+    for (const std::string& name : names) {
       CHECK(numbers_of_arrows(arrows_from(text)).contains(name));
+    }
   }
   Particles particles = moving({"vx", "vy", "q"});
   CHECK_THROWS_AS((void)arrows_of("velocity", {}, particles), UnknownNumber);

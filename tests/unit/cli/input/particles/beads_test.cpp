@@ -31,8 +31,9 @@ std::string gro(const std::vector<std::string>& names, const std::string& residu
   std::string text = "beads\n" + std::to_string(names.size()) + "\n";
   for (std::size_t i = 0; i < names.size(); ++i) {
     std::array<char, 100> line{};
-    std::snprintf(line.data(), line.size(), "%5d%-5s%5s%5zu%8.3f%8.3f%8.3f\n", 1, residue.c_str(),
-                  names[i].c_str(), i + 1, spacing * static_cast<double>(i), 0.0, 0.0);
+    static_cast<void>(std::snprintf(line.data(), line.size(), "%5d%-5s%5s%5zu%8.3f%8.3f%8.3f\n", 1,
+                                    residue.c_str(), names[i].c_str(), i + 1,
+                                    spacing * static_cast<double>(i), 0.0, 0.0));
     text += line.data();
   }
   return text + "   9.00000   9.00000   9.00000\n";

@@ -132,8 +132,9 @@ TEST_CASE("virtual sites: those of water models, rigid groups and lone pairs, by
 }
 
 TEST_CASE("residues: words for water, amino acids and nucleotides know the force fields' names") {
-  for (const char* name : {"HOH", "WAT", "SOL", "tip3", "TIP4P", "SPCE", "DOD"})
+  for (const char* name : {"HOH", "WAT", "SOL", "tip3", "TIP4P", "SPCE", "DOD"}) {
     CHECK(is_water(name));
+  }
   for (const char* name : {"ALA", "HSD", "HIE", "CYX", "NALA", "CARG", "MSE", "ace"}) {
     CHECK(is_amino_acid(name));
   }

@@ -21,8 +21,9 @@ const std::string tar_refusal = "a: looks like a tar archive: unpack it, and nam
 /// Returns a number as octal digits.
 std::string octal(std::size_t number, std::size_t digits) {
   std::string text(digits, '0');
-  for (; number > 0 && digits > 0; number /= 8)
+  for (; number > 0 && digits > 0; number /= 8) {
     text[--digits] = static_cast<char>('0' + number % 8);
+  }
   return text;
 }
 
@@ -58,7 +59,9 @@ TEST_CASE("a tar archive of one file counts as that file, whatever its compressi
     CHECK(particles.facts.packing == "tar");
     CHECK(particles.facts.format == "XYZ");
   }
-  for (const auto& [packing, of_tar] : packings) {
+  for (const auto& row : packings) {
+    const std::string& packing = row[0];  // Clang 14 does not capture a structured binding
+    const std::string& of_tar = row[1];
     CAPTURE(packing);
     const Particles particles = files.read("a", packed(tar, packing));
     CHECK(particles.positions == positions);

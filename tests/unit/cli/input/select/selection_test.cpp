@@ -312,10 +312,12 @@ RandomNumber random_number(Dice& dice, const Particles& particles, int depth) {
   if (kind == 3) return {"charge", [&](std::size_t i) { return particles.numbers[0].values[i]; }};
   const RandomNumber a = random_number(dice, particles, depth - 1);
   const RandomNumber b = random_number(dice, particles, depth - 1);
-  if (kind == 4)
+  if (kind == 4) {
     return {"(" + a.text + " + " + b.text + ")", [=](auto i) { return a.of(i) + b.of(i); }};
-  if (kind == 5)
+  }
+  if (kind == 5) {
     return {"(" + a.text + " - " + b.text + ")", [=](auto i) { return a.of(i) - b.of(i); }};
+  }
   if (kind == 6) return {a.text + " * " + b.text, [=](auto i) { return a.of(i) * b.of(i); }};
   return {"abs(" + a.text + ")", [=](auto i) { return std::abs(a.of(i)); }};
 }

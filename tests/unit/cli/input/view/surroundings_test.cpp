@@ -244,8 +244,9 @@ TEST_CASE("every automatic scene is written and read back to the same bits") {
   for_each_auto_scene([](const Taken& taken) {
     SceneFile file;
     file.scene = {taken.portrait.camera, taken.portrait.sky, {plain_material}, taken.spheres, {}};
-    for (const SceneryObject& prop : taken.portrait.scenery)
+    for (const SceneryObject& prop : taken.portrait.scenery) {
       file.scene.spheres.push_back(prop.sphere);
+    }
     file.postprocessing = postprocessing_of(taken.viewing.style);
     std::stringstream text;
     write_scene(text, file, [] {});

@@ -28,8 +28,8 @@ void look_for_trial(int /*signal*/) {
 
 TEST_CASE("a signal finds no file of a check whether files can be created") {
   const TemporaryDirectory directory;
-  std::snprintf(trial.data(), trial.size(), "%s",
-                PartialFile(directory.path() / "a.png").path().c_str());
+  static_cast<void>(std::snprintf(trial.data(), trial.size(), "%s",
+                                  PartialFile(directory.path() / "a.png").path().c_str()));
   struct sigaction action {};
   struct sigaction before {};
   action.sa_handler = look_for_trial;

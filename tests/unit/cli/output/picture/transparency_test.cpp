@@ -202,8 +202,9 @@ TEST_CASE("a PNG file has unassociated colours, and reads back as the same codes
   for (std::size_t i = 0; i < std::size_t{31} * 17; ++i) {
     const double share = i % 5 == 0 ? (i % 2 == 0 ? 0 : 1) : dice.unit();
     alpha.push_back(static_cast<float>(share));
-    for (int c = 0; c < 3; ++c)
+    for (int c = 0; c < 3; ++c) {
       image.rgb.push_back(static_cast<float>(share * dice.between(0, 1.2)));
+    }
   }
   alpha[3] = 1e-4F;  // its code is 0
   const auto bytes = transparent_bytes(image.rgb, alpha);

@@ -54,9 +54,9 @@ struct Seen {
   std::vector<std::uint32_t> sphere;
 };
 
-std::vector<float> lines(const Scene& scene, double width, std::uint32_t scenery = 0) {
+std::vector<float> lines(const Scene& scene, double line_width, std::uint32_t scenery = 0) {
   const Seen seen(scene);
-  return outline_of(scene, side, side, seen.view(scenery), width);
+  return outline_of(scene, side, side, seen.view(scenery), line_width);
 }
 
 /// Distance of a pixel's centre from a point of the scene, in pixels.
