@@ -1,6 +1,7 @@
 #include "cli/output/extra_channels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <iostream>
 #include <iterator>
@@ -14,6 +15,7 @@
 #include "cli/output/picture/transparency.h"
 #include "cli/output/recipe.h"
 #include "cli/output/write_outputs.h"
+#include "common/adaptive/error_estimate.h"
 #include "common/adaptive/replicates.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
@@ -50,6 +52,8 @@ void denoise_again(DenoisedSoFar& so_far, const Replicates& replicates,
   }
   const Isa isa = runs_on_this_machine(extra.settings->isa) ? extra.settings->isa : Isa::automatic;
   so_far.picture = denoise::denoise(replicates, so_far.features, extra.threads, isa, between_bands);
+  double& high = so_far.picture.high;
+  high = std::sqrt(high * high + unseen_square(largest_radiance(*extra.scene), counts));
   so_far.samples = samples;
 }
 

@@ -12,6 +12,12 @@
 namespace parray::adaptive {
 namespace {
 
+/// With 95 % confidence, at most 3 bright samples are expected among as many samples.
+/// `mean_inverse`: mean over the pixels of one divided by the pixel's samples.
+double unseen_of(double largest, double samples, double mean_inverse) {
+  return largest * largest * 3 / samples * mean_inverse;
+}
+
 bool has_two(std::uint32_t samples) { return samples >= 2; }
 
 bool all_have_two(const FramebufferView& state) {
@@ -63,9 +69,7 @@ class MeanSquare {
     const double relative = squares_ > 0 ? normal_95 * std::sqrt(scatter_ * gain) / squares_ : 0;
     const double factor = 1 + relative + relative * relative / 2;  // about e^relative
     const double square = squares_ / values_;
-    // Light that no sample has shown (rule of three): with 95 % confidence, at most 3 bright
-    // samples are expected among as many samples.
-    const double unseen = largest * largest * 3 / samples_ * (inverse_counts_ * 3 / values_);
+    const double unseen = unseen_of(largest, samples_, inverse_counts_ * 3 / values_);
     error.rmse = std::sqrt(square);
     error.low = std::sqrt(square / factor);
     error.high = std::sqrt(square * factor + unseen);
@@ -125,6 +129,16 @@ std::array<float, 2> quantiles(std::span<const float> values, std::array<double,
 }
 
 }  // namespace
+
+double unseen_square(double largest, std::span<const std::uint32_t> counts) {
+  double samples = 0;
+  double inverse = 0;
+  for (const std::uint32_t count : counts) {
+    samples += count;
+    inverse += 1.0 / count;
+  }
+  return unseen_of(largest, samples, inverse / static_cast<double>(counts.size()));
+}
 
 ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride) {
   ErrorEstimate error;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -55,6 +57,11 @@ struct PartialError {
 /// Estimates the error of the pixels that have two samples or more. The error is that of such
 /// pixels in rows 0, `stride`, 2 * `stride` and so on. It is unknown if these rows have none.
 PartialError estimate_rmse_so_far(const FramebufferView& state, std::size_t stride = 1);
+
+/// Returns the mean square error, over the values of a picture, of light that no sample has shown,
+/// by the rule of three (see estimate_error()). `largest`: the largest radiance of a sample.
+/// `counts`: samples of each pixel, at least 1.
+double unseen_square(double largest, std::span<const std::uint32_t> counts);
 
 /// The name of the method of ErrorEstimate in reports.
 inline constexpr std::string_view error_method = "replicates";

@@ -154,6 +154,14 @@ class Denoise(CliTest):
         self.assertNotIn("denoised", report)
         self.assertEqual(report["image_sha256"], plain["image_sha256"])
 
+    def test_the_interval_counts_light_that_no_sample_has_shown(self):
+        picture = run("render", SOURCE / "scenes/particles/helix.pdb", "-q", "--denoise", "--width", 1, "--height", 1,
+                      "--spp", 8, "--seed", 1, "-o", self.path("one.exr"), "--report", self.path("one.json"))
+        self.assertEqual(picture.returncode, 0, picture.stderr)
+        report = json.loads(self.path("one.json").read_text())
+        self.assertEqual(report["error"]["rmse"], 0)  # all samples are alike
+        self.assertAlmostEqual(report["denoised"]["high"], report["error"]["high"], places=6)
+
     def test_it_is_refused_for_a_series(self):
         self.refused("submit", self.scene, "--wait", "--denoise", "--frames", "1-2", "-o",
                      self.path("a-##.exr"), mentions="--denoise")

@@ -291,7 +291,7 @@ class Denoiser {
     };
     out.rmse = rmse_of(square);
     out.low = rmse_of(square - half_width);
-    out.high = rmse_of(square + half_width);
+    out.high = rmse_of(std::max(square, 0.0) + half_width);
     return out;
   }
 

@@ -116,7 +116,8 @@ std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene&
 struct Denoised {
   std::vector<float> rgb;  ///< linear radiance, 3 values per pixel, in image order
   /// Root mean square error over pixels and channels, and its 95 % confidence interval. 0 if the
-  /// estimate of the square is negative.
+  /// estimate of the square is negative. The interval lacks light that no sample has shown:
+  /// unseen_square() (common/adaptive/error_estimate.h).
   double rmse = 0;
   double low = 0;
   double high = 0;

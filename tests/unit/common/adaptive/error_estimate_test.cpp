@@ -138,6 +138,7 @@ TEST_CASE("error: of samples all alike is 0, but what three unseen samples could
   CHECK(error.low == 0);
   const double unseen = std::sqrt(3.0 / (40 * 30 * 50) / 50);
   CHECK(near(error.high, unseen, 1e-6));
+  CHECK(near(std::sqrt(unseen_square(1, picture.state().counts)), unseen, 1e-6));
   CHECK(error.half_width_p99 < 1.96 * unseen);
   CHECK(error.half_width_p99 > 1.96 * unseen / std::sqrt(2));
 }
