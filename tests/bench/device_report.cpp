@@ -208,8 +208,9 @@ std::string goal_line(const Json& report) {
 void write_report(const Json& report, const std::filesystem::path& folder) {
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed)
+  if (failed) {
     throw RunError("making the folder " + folder.string() + " failed: " + failed.message());
+  }
   write_file(folder / "device.json", report.dump(2) + "\n");
   write_file(folder / "device.md", markdown(report));
 }

@@ -15,47 +15,47 @@
 namespace parray::input {
 namespace {
 
-using json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
 
-json number(NumberRange range) {
+Json number(NumberRange range) {
   return {{"type", "number"}, {"minimum", range.least}, {"maximum", range.most}};
 }
 
 // The leaf of a JSON schema by the rule of a setting.
-json leaf(IntegerRange range) {
+Json leaf(IntegerRange range) {
   return {{"type", "integer"}, {"minimum", range.least}, {"maximum", range.most}};
 }
-json leaf(NumberRange range) { return number(range); }
-json leaf(Flag /*rule*/) { return {{"type", "boolean"}}; }
-json leaf(OnOff /*rule*/) { return {{"type", "boolean"}}; }
-json leaf(Passes /*rule*/) { return {{"type", "array"}, {"items", {{"type", "integer"}}}}; }
-json leaf(const Words& words) { return {{"enum", words.names}}; }
-json leaf(LabelText rule) {
+Json leaf(NumberRange range) { return number(range); }
+Json leaf(Flag /*rule*/) { return {{"type", "boolean"}}; }
+Json leaf(OnOff /*rule*/) { return {{"type", "boolean"}}; }
+Json leaf(Passes /*rule*/) { return {{"type", "array"}, {"items", {{"type", "integer"}}}}; }
+Json leaf(const Words& words) { return {{"enum", words.names}}; }
+Json leaf(LabelText rule) {
   return {{"type", "string"}, {"minLength", 1}, {"maxLength", rule.longest}};
 }
-json leaf(Vec3Range range) {
+Json leaf(Vec3Range range) {
   return {{"type", "array"}, {"minItems", 3}, {"maxItems", 3}, {"items", number(range)}};
 }
-json leaf(LineWidthRange range) {
+Json leaf(LineWidthRange range) {
   return {{"anyOf", json::array({{{"type", "boolean"}}, number(range)})}};
 }
-json leaf(ShareRange range) { return leaf(LineWidthRange{range}); }
-json leaf(FileName /*rule*/) { return {{"type", "string"}, {"minLength", 1}}; }
+Json leaf(ShareRange range) { return leaf(LineWidthRange{range}); }
+Json leaf(FileName /*rule*/) { return {{"type", "string"}, {"minLength", 1}}; }
 // The schema alone describes the texts of these members.
 template <typename T>
-json leaf(const TextRule<T>& /*rule*/) {
+Json leaf(const TextRule<T>& /*rule*/) {
   return json::object();
 }
-json leaf(Representations /*rule*/) { return {{"type", "array"}}; }
-json leaf(HiddenClasses /*rule*/) { return {{"type", "array"}}; }
+Json leaf(Representations /*rule*/) { return {{"type", "array"}}; }
+Json leaf(HiddenClasses /*rule*/) { return {{"type", "array"}}; }
 
 template <typename Describe>
-json leaves(const Describe& describe, unsigned section = 0) {
-  json required = json::array();
-  json properties = json::object();
+Json leaves(const Describe& describe, unsigned section = 0) {
+  Json required = json::array();
+  Json properties = json::object();
   describe([&](const Setting& setting, const auto& rule, const auto& value) {
     if (section != 0 && !setting.is(section)) return;
-    json one = leaf(rule);
+    Json one = leaf(rule);
     using T = std::decay_t<decltype(value)>;
     if constexpr (std::is_integral_v<T>) one["default"] = value;
     if (setting.help != nullptr) one["description"] = setting.help;
@@ -80,12 +80,12 @@ std::string python_type(const Words& words) {
 
 /// The options of an upload by HTTP that are no settings. A text may also be given as a number or
 /// a list.
-json upload_options() {
+Json upload_options() {
   CommandLine line("", "parray");
   Command command = line.command("submit", "");
   scene_sandbox::UploadRequest request;
   scene_sandbox::add_upload_options(command, request);
-  json options = json::object();
+  Json options = json::object();
   const ProgramText program = line.description();
   for (const OptionText& option : program.commands.front().options) {
     std::string name = option.names.back().substr(2);
@@ -94,8 +94,8 @@ json upload_options() {
     const bool on_off = option.value.empty() || option.value == "on|off";
     const bool number = option.value == "N" || option.value == "DEG" || option.value == "FACTOR";
     const bool switched = option.value.starts_with("on|off|");
-    json one = {{"type", on_off           ? json("boolean")
-                         : number         ? json("number")
+    Json one = {{"type", on_off           ? Json("boolean")
+                         : number         ? Json("number")
                          : switched       ? json::array({"boolean", "number", "string"})
                          : name == "show" ? json::array({"string", "object", "array"})
                                           : json::array({"string", "number", "array"})},
@@ -106,24 +106,24 @@ json upload_options() {
   return options;
 }
 
-json document() {
+Json document() {
   const RenderSettings settings;
   const bool transparent = false;
   const auto all = [&](const auto& f) { image_fields(f, settings, transparent); };
-  json sections = {{"image", leaves(all, traits::image)}, {"render", leaves(all, traits::render)}};
+  Json sections = {{"image", leaves(all, traits::image)}, {"render", leaves(all, traits::render)}};
   sections["camera"] = leaves([o = Camera{}](const auto& f) { camera_fields(f, o); });
   sections["sky"] = leaves([o = Sky{}](const auto& f) { sky_fields(f, o); });
   sections["finishing"] =
       leaves([o = Postprocessing{}](const auto& f) { postprocessing_fields(f, o); });
   sections["labels"] = leaves([o = LabelSettings{}](const auto& f) { label_fields(f, o); });
   sections["particles"] = leaves([o = ParticleSource{}](const auto& f) { particle_fields(f, o); });
-  json materials = json::array();
+  Json materials = json::array();
   for (std::size_t i = 0; i < scene_words::materials.size(); ++i) {
     const Material material{.type = static_cast<MaterialType>(i)};
     materials.push_back(
         leaves([&](const auto& f) { material_fields(f, material.type, material); }));
   }
-  json keywords = json::object();
+  Json keywords = json::object();
   settings_fields([&](const Setting& setting, const auto& rule) {
     if (setting.help == nullptr) return;
     keywords[keyword_of(setting)] = {{"python", python_type(rule)}, {"schema", leaf(rule)}};

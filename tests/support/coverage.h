@@ -44,7 +44,7 @@ class Coverage {
     double allowance = 0;  ///< mean error / mean half-width
   };
   static constexpr std::size_t strata = 20;
-  [[nodiscard]] Bias bias(std::size_t stratum) const;
+  [[nodiscard]] Bias bias(std::size_t at) const;
   [[nodiscard]] double of_stratum(std::size_t stratum) const;
 
  private:
