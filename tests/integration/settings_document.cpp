@@ -37,22 +37,22 @@ Json leaf(Vec3Range range) {
   return {{"type", "array"}, {"minItems", 3}, {"maxItems", 3}, {"items", number(range)}};
 }
 Json leaf(LineWidthRange range) {
-  return {{"anyOf", json::array({{{"type", "boolean"}}, number(range)})}};
+  return {{"anyOf", Json::array({{{"type", "boolean"}}, number(range)})}};
 }
 Json leaf(ShareRange range) { return leaf(LineWidthRange{range}); }
 Json leaf(FileName /*rule*/) { return {{"type", "string"}, {"minLength", 1}}; }
 // The schema alone describes the texts of these members.
 template <typename T>
 Json leaf(const TextRule<T>& /*rule*/) {
-  return json::object();
+  return Json::object();
 }
 Json leaf(Representations /*rule*/) { return {{"type", "array"}}; }
 Json leaf(HiddenClasses /*rule*/) { return {{"type", "array"}}; }
 
 template <typename Describe>
 Json leaves(const Describe& describe, unsigned section = 0) {
-  Json required = json::array();
-  Json properties = json::object();
+  Json required = Json::array();
+  Json properties = Json::object();
   describe([&](const Setting& setting, const auto& rule, const auto& value) {
     if (section != 0 && !setting.is(section)) return;
     Json one = leaf(rule);
@@ -85,7 +85,7 @@ Json upload_options() {
   Command command = line.command("submit", "");
   scene_sandbox::UploadRequest request;
   scene_sandbox::add_upload_options(command, request);
-  Json options = json::object();
+  Json options = Json::object();
   const ProgramText program = line.description();
   for (const OptionText& option : program.commands.front().options) {
     std::string name = option.names.back().substr(2);
@@ -96,9 +96,9 @@ Json upload_options() {
     const bool switched = option.value.starts_with("on|off|");
     Json one = {{"type", on_off           ? Json("boolean")
                          : number         ? Json("number")
-                         : switched       ? json::array({"boolean", "number", "string"})
-                         : name == "show" ? json::array({"string", "object", "array"})
-                                          : json::array({"string", "number", "array"})},
+                         : switched       ? Json::array({"boolean", "number", "string"})
+                         : name == "show" ? Json::array({"string", "object", "array"})
+                                          : Json::array({"string", "number", "array"})},
                 {"description", option.text}};
     if (!on_off && !option.words.empty()) one["examples"] = option.words;
     options[name] = one;
@@ -117,13 +117,13 @@ Json document() {
       leaves([o = Postprocessing{}](const auto& f) { postprocessing_fields(f, o); });
   sections["labels"] = leaves([o = LabelSettings{}](const auto& f) { label_fields(f, o); });
   sections["particles"] = leaves([o = ParticleSource{}](const auto& f) { particle_fields(f, o); });
-  Json materials = json::array();
+  Json materials = Json::array();
   for (std::size_t i = 0; i < scene_words::materials.size(); ++i) {
     const Material material{.type = static_cast<MaterialType>(i)};
     materials.push_back(
         leaves([&](const auto& f) { material_fields(f, material.type, material); }));
   }
-  Json keywords = json::object();
+  Json keywords = Json::object();
   settings_fields([&](const Setting& setting, const auto& rule) {
     if (setting.help == nullptr) return;
     keywords[keyword_of(setting)] = {{"python", python_type(rule)}, {"schema", leaf(rule)}};
