@@ -1,11 +1,12 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "cli/commands/commands.h"
+#include "cli/commands/loading.h"
 #include "cli/commands/options.h"
-#include "cli/commands/particle_options.h"
 #include "cli/commands/printing.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/selected_particles.h"
@@ -28,10 +29,10 @@ namespace fs = std::filesystem;
 struct ConvertCommand {
   std::string in;
   std::string out;
-  RenderOptions size;
-  ParticleOptions particles;
-  AutoSceneOptions auto_scene;
+  RenderOptions render;
+  LabelOptions labels;
   bool expand = false;
+  std::optional<Command> declared;  ///< the command that has these options
 };
 
 /// Returns the path of `file` relative to the folder of the scene file `scene`, so that both may
@@ -63,27 +64,36 @@ void drop_labels_of_files(SceneFile& scene) {
   if (problem_with_label_text(unit, longest_unit).empty()) labels.unit = unit;
 }
 
+/// Returns the automatic scene of a file of particles.
+SceneFile automatic(const ConvertCommand& command, PackedFile& file) {
+  const std::string reference = command.expand ? "" : reference_in(command, file);
+  AutoScene scene = automatic_scene(file, command.render, NamedFiles::anywhere);
+  scene.file.labels = command.labels.fitting_in(scene.file);
+  if (command.expand) {
+    drop_labels_of_files(scene.file);
+    return std::move(scene.file);
+  }
+  std::string& topology = scene.source.topology;
+  if (!topology.empty()) topology = reference_to(topology, command.out);
+  return with_reference(std::move(scene), reference);
+}
+
+/// Throws InputError if an option for particle files is given, as all options are.
+void check_no_options(const ConvertCommand& command, const std::string& file) {
+  command.render.particles().check_unused(file);
+  command.render.auto_scene().check_unused(file);
+  for (const GivenOption& given : command.declared->given_options()) {
+    if (!given.name.starts_with("--")) continue;
+    throw InputError(given.name + ": " + printable(file, 4096) +
+                     " is not a particle file but a scene: leave out the option, or change the "
+                     "scene file");
+  }
+}
+
 SceneFile converted(const ConvertCommand& command) {
   PackedFile file = PackedFile::of_argument(command.in);
-  if (particle_format_of(file) != nullptr) {
-    const std::string reference = command.expand ? "" : reference_in(command, file);
-    AutoScene scene =
-        auto_scene(file, command.particles.source(), command.size.over(auto_scene_settings()),
-                   command.auto_scene.viewing(), usable_cpus());
-    if (command.expand) {
-      drop_labels_of_files(scene.file);
-      return std::move(scene.file);
-    }
-    std::string& topology = scene.source.topology;
-    if (!topology.empty()) topology = reference_to(topology, command.out);
-    return with_reference(std::move(scene), reference);
-  }
-  command.particles.check_unused(file.name());
-  command.auto_scene.check_unused(file.name());
-  if (command.expand || command.size.has_size()) {
-    throw InputError(printable(file.name(), 4096) +
-                     " is not a particle file: leave out --width, --height and --expand");
-  }
+  if (particle_format_of(file) != nullptr) return automatic(command, file);
+  check_no_options(command, file.name());
   SceneFile scene = read_scene_file(file, usable_cpus());
   expand_particles(scene, file.name(), usable_cpus());
   drop_labels_of_files(scene);
@@ -107,6 +117,12 @@ int convert(const ConvertCommand& command) {
                      ": the scene file to write needs a name that ends in .json: "
                      "parray convert IN OUT.json");
   }
+  const std::string label = command.expand ? command.labels.first_given() : "";
+  if (!label.empty()) {
+    throw UsageError(label +
+                     " and --expand exclude each other: the scene would not refer to the particle "
+                     "file that labels describe: leave one of them out");
+  }
   check_outputs({.image = {}, .report = command.out}, command.in);
   const SceneFile scene = converted(command);
   print_notes(scene.particle_files);
@@ -128,13 +144,13 @@ void add_convert(CommandLine& line) {
   command.option("OUT.json", options->out, "Scene file to write")
       .required()
       .completes(Completes::files);
-  options->particles.add_to(command);
-  options->auto_scene.add_to(command, options->particles);
-  options->size.add_size_to(command, particles_group);
+  options->render.add_scene_to(command);
+  options->labels.add_to(command, nullptr, options->render);
   command
       .flag("--expand", options->expand,
             "Write all spheres, sticks and arrows, instead of a reference to the file")
       .group(particles_group);
+  options->declared = command;
   command.example("parray convert scenes/particles/helix.pdb helix.json",
                   "writes a scene that refers to the file; you can edit its camera");
   command.example("parray convert scenes/particles/helix.pdb helix.json --expand --radius 0.5",

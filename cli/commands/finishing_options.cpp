@@ -234,6 +234,13 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
   return labels;
 }
 
+LabelSettings LabelOptions::fitting_in(const SceneFile& file) const {
+  return fitting(file, over(file.labels, width_of(file.settings)), [&](const auto& labels) {
+    if (labels.any()) (void)Labels(content_of(labels, file, file.settings));
+    return labels;
+  });
+}
+
 LabelPlaces LabelOptions::places(const SceneFile& file) const {
   return fitting(file, over(file.labels, width_of(file.settings)), [&](const auto& labels) {
     return labels.any() ? Labels::places(content_of(labels, file, file.settings)) : LabelPlaces{};

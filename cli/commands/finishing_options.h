@@ -50,6 +50,10 @@ class LabelOptions {
   /// if a title is given without a legend.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
 
+  /// Returns over() the labels of the loaded scene, for a picture with its settings. Leaves out the
+  /// cell as fitting() does. Throws InputError as over() and Labels do.
+  [[nodiscard]] LabelSettings fitting_in(const SceneFile& file) const;
+
   /// Returns where labels cover the picture of an automatic scene `file`. Its camera frames the
   /// particles as if there were no labels; the final camera may show them smaller. Throws
   /// InputError as over() and Labels do.

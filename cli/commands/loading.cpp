@@ -43,6 +43,7 @@ AutoScene automatic_scene(PackedFile& file, const ParticleSource& source,
   if (options.can_stop()) settings.target_error = auto_scene_error;
   AutoScene scene = auto_scene(file, source, options.over(settings), viewing, usable_cpus());
   scene.file.background = options.auto_scene().background();
+  scene.file.transparent = viewing.transparent;
   return scene;
 }
 
@@ -50,9 +51,7 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
                    NamedFiles named) {
   const std::string& name = file.name();
   if (particle_format_of(file) != nullptr) {
-    SceneFile scene =
-        automatic_scene(file, options.particles().source(), options, viewing_of(options), named)
-            .file;
+    SceneFile scene = automatic_scene(file, options, named).file;
     tidy(scene, usable_cpus());
     return scene;
   }
@@ -67,6 +66,10 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
 }
 
 }  // namespace
+
+AutoScene automatic_scene(PackedFile& file, const RenderOptions& options, NamedFiles named) {
+  return automatic_scene(file, options.particles().source(), options, viewing_of(options), named);
+}
 
 bool may_hold_frames(const fs::path& path) {
   PackedFile file(path);
@@ -100,6 +103,9 @@ bool choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
 Viewing viewing_of(const RenderOptions& options) {
   Viewing viewing = options.auto_scene().viewing();
   viewing.transparent = options.transparent(false) || options.auto_scene().background().has_value();
+  if (!viewing.labels) {
+    viewing.labels = [](const SceneFile& file) { return LabelOptions().places(file); };
+  }
   return viewing;
 }
 
@@ -110,7 +116,6 @@ SceneOfFrames automatic_scene_of_frames(const std::string& file, const RenderOpt
   AutoScene made = automatic_scene(opened, source, options, viewing, named);
   const TurnAxis axis = made.axis;
   SceneFile scene = with_reference(std::move(made), fs::path(file).filename().string());
-  scene.transparent = options.transparent(scene.transparent) || scene.background;
   // complete_scene() sets these anew.
   scene.particle_files.clear();
   scene.legends.clear();
@@ -136,7 +141,6 @@ void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories*
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                      NamedFiles named) {
   SceneFile scene = read_any(file, options, change, named);
-  scene.transparent = options.transparent(scene.transparent) || scene.background;
   if (change.camera) scene.scene.camera = *change.camera;
   print_notes(scene.particle_files);
   warn_of_duplicates(scene.duplicates, file.name());

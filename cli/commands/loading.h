@@ -8,6 +8,7 @@
 #include "cli/commands/options.h"
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_file.h"
+#include "cli/input/view/auto_scene.h"
 #include "cli/input/view/surroundings.h"
 
 namespace parray::commands {
@@ -34,8 +35,13 @@ enum class NamedFiles : std::uint8_t {
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
 
-/// Returns how an automatic scene shows its particles by these options.
+/// Returns how an automatic scene shows its particles by these options. If the command has no
+/// options for labels, the camera makes room for the usual ones, so that all commands make the same
+/// scene.
 Viewing viewing_of(const RenderOptions& options);
+
+/// Makes the automatic scene of an open file of particles by these options. Throws InputError.
+AutoScene automatic_scene(PackedFile& file, const RenderOptions& options, NamedFiles named);
 
 /// An automatic scene without its particles. It refers to their file in its only source.
 struct SceneOfFrames {

@@ -141,18 +141,19 @@ void RenderOptions::add_to(Command& command) {
   can_stop_ = true;
   settings_fields(declarer(command, keys_), *given_);
   add_looks_to(command);
+  auto_scene_.add_background_to(command);
 }
 
 void RenderOptions::add_without_samples_to(Command& command) {
   picture_fields(declarer(command, keys_), *given_);
   work_fields(declarer(command, keys_), *given_);
   add_looks_to(command);
+  auto_scene_.add_background_to(command);
 }
 
 void RenderOptions::add_looks_to(Command& command) {
   particles_.add_to(command);
   auto_scene_.add_to(command, particles_);
-  auto_scene_.add_background_to(command);
   command
       .on_off("--transparent", transparent_,
               "Make the background transparent. Alpha is the share of a pixel's camera rays that "
@@ -180,8 +181,9 @@ void RenderOptions::add_quality_to(Command& command) {
       .group(settings_group);
 }
 
-void RenderOptions::add_size_to(Command& command, const std::string& group) {
-  size_fields(declarer(command, keys_, group.c_str()), *given_);
+void RenderOptions::add_scene_to(Command& command) {
+  add_looks_to(command);
+  size_fields(declarer(command, keys_, particles_group), *given_);
 }
 
 void RenderOptions::add_like_to(Command& command) {

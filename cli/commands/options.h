@@ -103,12 +103,9 @@ class RenderOptions {
  public:
   /// Declares all options except --quality and --like.
   void add_to(Command& command);
-  /// Declares only --width and --height, under the heading `group`.
-  void add_size_to(Command& command, const std::string& group);
-  /// Returns whether --width or --height is given.
-  [[nodiscard]] bool has_size() const {
-    return keys_.contains("width") || keys_.contains("height");
-  }
+  /// Declares only the options that decide an automatic scene and can be stored in a scene file,
+  /// except those for labels: without --background.
+  void add_scene_to(Command& command);
   /// Sets the width in pixels that follows from the size in print; empty: none follows. over() uses
   /// this width if --width is absent. If --height is absent, too, over() scales the height in
   /// proportion.
@@ -162,6 +159,9 @@ class RenderOptions {
 
  private:
   void add_looks_to(Command& command);
+  [[nodiscard]] bool has_size() const {
+    return keys_.contains("width") || keys_.contains("height");
+  }
   [[nodiscard]] bool says_when_to_stop() const;
 
   std::string like_;

@@ -41,7 +41,7 @@ class ParticleOptions {
 std::vector<std::string> view_words();
 
 /// The options for view, style, camera and background of an automatic scene: the scene that ParRay
-/// makes from a particle file. Part of RenderOptions; the command convert has them, too.
+/// makes from a particle file. Part of RenderOptions.
 class AutoSceneOptions {
  public:
   /// Declares all options except --background. The object must not move while the command line is

@@ -49,7 +49,7 @@ OPTIONS = {
     "fetch": COORDINATOR + ["--output", "--report", "--aov", "--error-map", "--partial", "--raw"],
     "workers": COORDINATOR + ["--host", "--json"],
     "validate": RENDER_OPTIONS + PARTICLE_OPTIONS + ["--background", "--json"],
-    "convert": PARTICLE_OPTIONS + ["--width", "--height", "--expand"],
+    "convert": PARTICLE_OPTIONS + LABEL_OPTIONS + ["--width", "--height", "--transparent", "--expand"],
     "compare": ["--output", "--json"],
     "verify": ["--pixels", "--all", "--seed", "--threads", "--json"],
     "doctor": ["--json", "--extremes"],

@@ -64,6 +64,44 @@ class Labels(CliTest):
         self.assertEqual(self.render("--legend", scene=self.scene)["scene_sha256"],
                          self.render(scene=self.scene)["scene_sha256"])
 
+    def test_convert_writes_the_labels_and_the_camera_that_makes_room_for_them(self):
+        labels = ["--legend", "--legend-title", "Atoms", "--scale-bar", "--text", "water", "--font-size", "9"]
+        drawn = self.render(*labels, "--dpi", "90")
+        converted = run("convert", self.atoms, self.path("l.json"), *SMALL[:4], *labels, "--dpi", "90")
+        self.assertEqual(converted.returncode, 0, converted.stderr)
+        self.assertEqual(json.loads(self.path("l.json").read_text())["labels"],
+                         {"legend": True, "legend_title": "Atoms", "scale_bar": True, "text": "water", "font_size": 9, "dpi": 90})
+        again = self.render(scene=self.path("l.json"), name="b.png")
+        self.assertEqual(again["image_sha256"], drawn["image_sha256"])
+        self.assertEqual(self.pixels("b.png"), self.pixels("a.png"))
+        run("convert", self.atoms, self.path("wide.json"), "--width-mm", "42")
+        self.assertEqual(json.loads(self.path("wide.json").read_text())["image"]["width"], 496)
+
+    def test_convert_refuses_labels_for_which_the_scene_has_no_place(self):
+        out = self.path("out.json")
+        self.refused("convert", self.atoms, out, "--legend", "--expand", mentions="--legend and --expand exclude each other")
+        self.refused("convert", self.atoms, out, "--cell", mentions="--cell: ")
+        self.refused("convert", self.scene, out, "--legend", mentions="--legend: ")
+        self.refused("convert", self.scene, out, "--transparent", "on", mentions="scene.json is not a particle file")
+
+    def test_a_crystal_s_cell_is_left_out_of_a_picture_that_is_too_small_for_it(self):
+        crystal = self.path("POSCAR")
+        crystal.write_text("salt\n5.6\n1 0 0\n0 1 0\n0 0 1\nNa Cl\n1 1\nDirect\n0 0 0\n0.5 0.5 0.5\n")
+        for width, finished in ((160, "cell"), (136, None), (128, None), (40, None)):
+            size = ["--width", width, "--height", width * 3 // 4]
+            with self.subTest(width=width):
+                result = run("render", crystal, "-o", self.path("a.png"), "--spp", "1", "-q", *size)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(run("convert", crystal, self.path("c.json"), *size).returncode, 0)
+                result = run("render", self.path("c.json"), "-o", self.path("b.png"), "--spp", "1", "-q")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                drawn, again = (read_text(self.path(name)) for name in ("a.png", "b.png"))
+                self.assertEqual((drawn.get("parray:finished"), again.get("parray:finished")), (finished, finished))
+                self.assertEqual(again["parray:image_sha256"], drawn["parray:image_sha256"])
+        self.before = self.files()
+        self.assertEqual(run("render", crystal, "-o", self.path("c.png"), "--cell", "--width", "128", "--height", "96").returncode, 2)
+        self.assertEqual(self.files(), self.before)
+
     def test_a_title_of_the_user_names_the_legend_in_picture_and_files(self):
         self.assertEqual(self.render("--legend", "--legend-title", "Atoms")["legends"][0]["title"], "Atoms")
         titled = self.pixels("a.png")

@@ -35,6 +35,18 @@ class TransparentTest(CliTest):
 
 
 class Files(TransparentTest):
+    def test_convert_writes_the_transparent_scene_of_a_particle_file(self):
+        atoms, scene, size = self.path("atoms.xyz"), self.path("atoms.json"), ["--width", "40", "--height", "30"]
+        atoms.write_text("3\n\nO 0 0 0\nH 0 0.8 0.6\nH 0 0.8 -0.6\n")
+        options = ["--transparent", "on", "--select", "element O", *size]
+        self.said("render", atoms, "-q", "-o", self.path("a.exr"), "--spp", "4", *options)
+        for expand in ([], ["--expand"]):
+            self.said("convert", atoms, scene, *options, *expand)
+            self.assertEqual(json.loads(scene.read_text())["image"]["transparent"], True)
+            self.assertIn("right: ", self.said("verify", self.path("a.exr"), scene, "--all"))
+            self.said("render", scene, "-q", "-o", self.path("b.exr"), "--spp", "4")
+            self.assertEqual(read_exr(self.path("b.exr"))[0], read_exr(self.path("a.exr"))[0])
+
     def check_completed(self, values, opaque):
         for c, sky in zip("RGB", SKY):
             for colour, alpha, whole in zip(values[c], values["A"], opaque[c]):

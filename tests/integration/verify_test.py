@@ -158,6 +158,24 @@ class Verdicts(VerifyTest):
         self.refused_picture(self.path("a.exr"), atoms, mentions="(parray verify takes none), or name the scene file that parray convert writes")
         self.verified(self.path("a.exr"), scene, "--all")
 
+    def test_the_picture_of_a_crystal_is_verified_with_its_file_or_with_the_scene_that_convert_writes(self):
+        crystal, scene = self.path("POSCAR"), self.path("crystal.json")
+        crystal.write_text("salt\n5.6\n1 0 0\n0 1 0\n0 0 1\nNa Cl\n1 1\nDirect\n0 0 0\n0.5 0.5 0.5\n")
+        # The cell and its names are part of a picture of the first size, and too large for the others.
+        for width, height in ((160, 120), (128, 96), (40, 30)):
+            for options, fits in (([], [crystal, scene]), (["--labels", "off"], [scene]), (["--font-size", "6"], [scene]),
+                                  (["--dpi", "80"], [scene]), (["--transparent", "on"], [crystal, scene])):
+                with self.subTest(width=width, options=options):
+                    size = ["--width", width, "--height", height]
+                    for words in (["render", "-q", "-o", self.path("a.exr"), "--spp", "2", crystal], ["convert", crystal, scene]):
+                        result = run(*words, *size, *options)
+                        self.assertEqual(result.returncode, 0, result.stderr)
+                    for file in fits:
+                        result = run("verify", self.path("a.exr"), file)
+                        self.assertEqual(result.returncode, 0, result.stderr)
+                        result = run("render", "--like", self.path("a.exr"), scene, "-q", "-o", self.path("b.exr"))
+                        self.assertEqual(result.returncode, 0, result.stderr)
+
 
 class Forgeries(VerifyTest):
     def setUp(self):

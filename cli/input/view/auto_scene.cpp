@@ -90,6 +90,36 @@ void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spher
   }
 }
 
+/// Returns the surroundings of the particles in `file`, whose settings, labels and shapes are
+/// known. Changes its camera. If the labels leave too little room, and the cell is one of them only
+/// because the particles are a crystal, removes this label.
+Surroundings surroundings_in(SceneFile& file, const Viewing& viewing, Subject subject,
+                             int threads) {
+  subject.capsules = file.scene.capsules;
+  if (viewing.labels) {
+    subject.labels = [&](const Camera& camera) {
+      file.scene.camera = camera;
+      try {
+        return viewing.labels(file);
+      } catch (const InputError& error) {
+        throw LabelError(error.what());
+      }
+    };
+  }
+  const auto around = [&] {
+    const double aspect = static_cast<double>(file.settings->width) / file.settings->height;
+    const auto spheres = std::span(file.scene.spheres).subspan(file.scenery);
+    return surroundings_of(spheres, aspect, viewing, subject, threads);
+  };
+  try {
+    return around();
+  } catch (const LabelError&) {
+    if (!file.cell_if_it_fits || viewing.whole_cell) throw;
+  }
+  file.labels.cell = file.cell_if_it_fits = false;
+  return around();
+}
+
 AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                const Viewing& viewing, int threads) {
   const ParticleRequest request = request_of(source, {}, threads);
@@ -98,7 +128,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   Particles particles = selected(std::move(all), file, source, request);
   const bool crystal = source.cell.crystal.value_or(false);
   decide_style(particles, source);
-  Subject subject = subject_of(particles, viewing.whole_cell || crystal || source.solid_cell);
+  const Subject subject = subject_of(particles, viewing.whole_cell || crystal || source.solid_cell);
   SelectedParticles parts = parts_of(std::move(particles), file, source, request);
   AutoScene out;
   source.file = file.name();
@@ -117,22 +147,9 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
   out.source =
       append_parts(std::move(parts), file.path(), std::move(source), out.file, threads, &look);
-  const auto spheres = std::span(scene.spheres).subspan(scenery);
-  set_open_radii(open, spheres, out.source);
-  subject.capsules = scene.capsules;
-  if (viewing.labels) {
-    subject.labels = [&](const Camera& camera) {
-      scene.camera = camera;
-      try {
-        return viewing.labels(out.file);
-      } catch (const InputError& error) {
-        throw LabelError(error.what());
-      }
-    };
-  }
+  set_open_radii(open, std::span(scene.spheres).subspan(scenery), out.source);
   try {
-    const double aspect = static_cast<double>(settings.width) / settings.height;
-    const Surroundings around = surroundings_of(spheres, aspect, viewing, subject, threads);
+    const Surroundings around = surroundings_in(out.file, viewing, subject, threads);
     scene.camera = around.camera;
     scene.sky = around.sky;
     out.axis = around.axis;

@@ -39,8 +39,9 @@ struct AutoScene {
 /// plain_material_name. The automatic view treats particles as a molecule if they have elements and
 /// either no cell, or residue names and a cell that they do not fill. They fill a cell if they
 /// extend over three quarters of each edge. Pictures of crystals, which is_crystal() recognises if
-/// `source` does not tell, have the label `cell`. Small molecules are drawn as balls and sticks:
-/// see decide_style() in sticks.h.
+/// `source` does not tell, have the label `cell`, unless it leaves the particles too little room
+/// and Viewing::whole_cell is false. Small molecules are drawn as balls and sticks: see
+/// decide_style() in sticks.h.
 ///
 /// Throws InputError "FILE: problem: remedy", for labels a LabelError.
 AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,
