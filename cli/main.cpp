@@ -1,8 +1,6 @@
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "cli/commands/commands.h"
-#include "common/base/error.h"
 #include "common/process/run_main.h"
 #include "common/process/stop_signal.h"
 
@@ -45,12 +43,7 @@ int do_chosen(const CommandLine& line) {
     std::cout << line.help();
     return 0;
   }
-  try {
-    return line.chosen()();
-  } catch (const nlohmann::json::exception& error) {
-    throw RunError(std::string("the coordinator's answer is damaged (") + error.what() +
-                   "): use parray and parray-coordinator of the same release");
-  }
+  return line.chosen()();
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "cli/input/particles/json_types.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "proto/job_head.h"
 
 namespace parray::input {
@@ -112,10 +113,10 @@ std::string drawing_text(const LabelOptions& labels, const PostprocessOptions& p
   for (const ParticleFile& one : file.particle_files) map["files"].push_back(one.facts);
   if (file.cell) map["cell"] = file.cell;
   if (file.background) map["background"] = file.background;
-  std::string text = map.dump(-1, ' ', true, json::error_handler_t::replace);
+  std::string text = json_text(map, true);
   if (text.size() > max_drawing) {
     map["legends"] = json::array();
-    if (!map["labels"]["legend"].get<bool>()) return map.dump(-1, ' ', true);
+    if (!map["labels"]["legend"].get<bool>()) return json_text(map, true);
     throw InputError(
         "--legend: the legend has too many entries for a film or a picture by HTTP: colour by "
         "something with fewer values, or leave out the legend");

@@ -85,7 +85,7 @@ void add_watch(CommandLine& line) {
   command.example("parray watch 7", "shows progress until the job has ended");
   command.example("parray watch 7 --quiet --preview live.png",
                   "keeps live.png updated with the unfinished picture");
-  command.runs([options] { return watch(*options); });
+  command.runs(reading_answers([options] { return watch(*options); }));
 }
 
 void add_fetch(CommandLine& line) {
@@ -105,7 +105,7 @@ void add_fetch(CommandLine& line) {
   command.example("parray fetch 7 -o 'frame-####.png'", "writes the finished frames of a series");
   command.example("parray fetch 7 --partial -o so-far.png",
                   "writes what a running, cancelled or failed job has");
-  command.runs([options] { return fetch(*options); });
+  command.runs(reading_answers([options] { return fetch(*options); }));
 }
 
 }  // namespace parray::commands

@@ -29,6 +29,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
@@ -173,7 +174,7 @@ class Film {
     FarmClient client(command_.farm);
     FrameJobs jobs = jobs_for(*client);
     jobs.token = series_token(identity_);
-    return run_frames(*client, jobs);
+    return reading_answers([&] { return run_frames(*client, jobs); })();
   }
 
   FrameJobs jobs_for(Client& client) {
@@ -251,7 +252,7 @@ class Film {
                          {"frames_per_second", command_.per_second},
                          {"seconds", {{"total", to_seconds(clock_.now() - started_)}}},
                          {"frame_list", list}};
-    if (!command_.report.empty()) write_text_file(command_.report, report.dump(2) + "\n");
+    if (!command_.report.empty()) write_text_file(command_.report, json_document(report));
   }
 
   void print_summary(const json& list, const FilmPictures& pictures, bool made) const {

@@ -100,7 +100,7 @@ void add_action(CommandLine& line, const char* help, const char* example, msg::J
   add_json(command, options->as_json);
   options->farm.add_to(command);
   command.example("parray " + std::string(prioritise ? "priority 7 80" : name + " 7"), example);
-  command.runs([options, action] { return steer(*options, action); });
+  command.runs(reading_answers([options, action] { return steer(*options, action); }));
 }
 
 }  // namespace

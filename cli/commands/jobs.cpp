@@ -113,7 +113,7 @@ void add_jobs(CommandLine& line) {
                   "lists ann's jobs with 'water' in their name, those that are almost done last");
   command.example("parray jobs --coordinator tcp://farm:7400 --json",
                   "lists the jobs of the coordinator at this address as JSON, for scripts");
-  command.runs([options] { return jobs(*options); });
+  command.runs(reading_answers([options] { return jobs(*options); }));
 }
 
 }  // namespace parray::commands

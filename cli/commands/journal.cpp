@@ -155,7 +155,7 @@ void add_command(CommandLine& line, const char* name, const char* help, const ch
   add_json(command, options->as_json);
   options->farm.add_to(command);
   command.example("parray " + std::string(name) + " 7", example);
-  command.runs([options, run] { return run(*options); });
+  command.runs(reading_answers([options, run] { return run(*options); }));
 }
 
 }  // namespace

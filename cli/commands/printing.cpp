@@ -7,15 +7,14 @@
 #include "cli/input/particles/packed_file.h"
 #include "cli/output/progress.h"
 #include "cli/output/text.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 
 namespace parray::commands {
 
 using nlohmann::json;
 
-void print_json(const json& document) {
-  std::cout << document.dump(2, ' ', false, json::error_handler_t::replace) << "\n";
-}
+void print_json(const json& document) { std::cout << json_document(document); }
 
 void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_file) {
   if (duplicates.count == 0) return;

@@ -26,6 +26,7 @@
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 #include "common/process/stop_signal.h"
@@ -164,7 +165,7 @@ int write_sheet(const Views& views, const OutputPaths& outputs) {
                          {"height", sheet.height},
                          {"views", views.reports()},
                          {"seconds", {{"total", seconds}}}};
-    write_text_file(outputs.report, report.dump(2) + "\n");
+    write_text_file(outputs.report, json_document(report));
   }
   std::cout << "wrote " << outputs.image.string() << ": " << sheet.width << " x " << sheet.height
             << " pixels, " << counted(views.reports().size(), "view") << ", "

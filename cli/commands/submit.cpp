@@ -214,7 +214,7 @@ void add_submit(CommandLine& line) {
                   "renders a series of frames as one job");
   command.example("parray submit scenes/glass.json --coordinator tcp://farm:7400 --keys ann.key",
                   "submits to the coordinator at this address, with your key");
-  command.runs([options] { return submit(*options); });
+  command.runs(reading_answers([options] { return submit(*options); }));
 }
 
 }  // namespace parray::commands

@@ -16,6 +16,7 @@
 #include "cli/output/progress.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 #include "common/process/stop_signal.h"
@@ -150,7 +151,7 @@ void write_tables(const tradeoff::TradeoffResults& results, const tradeoff::Meas
   write_text_file(log.file("tradeoff.csv"), csv_of(results));
   write_text_file(log.file("farms.csv"), farms_csv_of(results));
   write_text_file(log.file("intervals.csv"), intervals_csv_of(results));
-  write_text_file(log.file("tradeoff.json"), document.dump(2) + "\n");
+  write_text_file(log.file("tradeoff.json"), json_document(document));
 }
 
 int run(const TradeoffCommand& command) {

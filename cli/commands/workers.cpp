@@ -198,7 +198,7 @@ void add_workers(CommandLine& line) {
                   "grants no more leases to the workers of a machine");
   command.example("parray workers readmit node7-4711",
                   "grants leases again, also after a quarantine");
-  command.runs([options] { return workers(*options); });
+  command.runs(reading_answers([options] { return workers(*options); }));
 }
 
 }  // namespace parray::commands

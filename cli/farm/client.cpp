@@ -34,6 +34,11 @@ void note_unreadable(std::string& unreadable, const auto& read) {
   }
 }
 
+RunError damaged_answer(const nlohmann::json::exception& error) {
+  return RunError(std::string("the coordinator's answer is damaged (") + error.what() +
+                  "): use parray and parray-coordinator of the same release");
+}
+
 /// Returns a name for a job that has no number yet. It is random, so that no other job has it.
 std::string random_token() {
   constexpr std::string_view digits = "0123456789abcdef";
@@ -107,10 +112,19 @@ JobStatus job_status(const nlohmann::json& map) {
     job.denoise = map.value("denoise", false);
     job.drawn = map.value("drawn", false);
   } catch (const nlohmann::json::exception& error) {
-    throw RunError(std::string("the coordinator's answer is damaged (") + error.what() +
-                   "): use parray and parray-coordinator of the same release");
+    throw damaged_answer(error);
   }
   return job;
+}
+
+std::function<int()> reading_answers(std::function<int()> work) {
+  return [work = std::move(work)] {
+    try {
+      return work();
+    } catch (const nlohmann::json::exception& error) {
+      throw damaged_answer(error);
+    }
+  };
 }
 
 Client::Client(Link& link, const Clock& clock, Options options)

@@ -67,6 +67,10 @@ struct JobStatus {
 /// Parses a job map. Throws RunError for any other map.
 JobStatus job_status(const nlohmann::json& map);
 
+/// Returns `work`, which reads maps of the coordinator's answers. If one of them lacks something,
+/// `work` throws nlohmann::json::exception, and the returned function RunError.
+std::function<int()> reading_answers(std::function<int()> work);
+
 /// A client of PROTOCOL.md, over any link. A request is sent repeatedly until its answer comes.
 /// Only start_submit() does not wait for the answer.
 ///

@@ -16,6 +16,7 @@
 #include "cli/output/recipe.h"
 #include "cli/output/text.h"
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 #include "common/process/stop_signal.h"
 
@@ -230,7 +231,7 @@ int write_outputs(Picture picture, const OutputPaths& outputs, std::optional<Com
   const double total = complete_seconds(report.at("seconds"), to_seconds(end - begin), end, times);
   if (!outputs.notes.empty()) report["notes"] = outputs.notes;
   if (outputs.facts.is_object()) report.update(outputs.facts);
-  if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");
+  if (!outputs.report.empty()) write_text_file(outputs.report, json_document(report));
   if (outputs.summary && !outputs.none()) print_summary(report, outputs, total);
   const bool original_bits = has_original_bits(report, outputs.original);
   return all_finite(report) && original_bits ? 0 : 1;

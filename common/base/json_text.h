@@ -14,4 +14,10 @@ std::string json_text(const Json& value, bool ascii = false) {
   return value.dump(-1, ' ', ascii, Json::error_handler_t::replace);
 }
 
+/// Returns JSON as the text of an indented document, with a newline at its end. Also replaces bytes
+/// that are not UTF-8.
+inline std::string json_document(const nlohmann::json& value) {
+  return value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
 }  // namespace parray::base

@@ -364,4 +364,14 @@ TEST_CASE("a job map that lacks something is an error, not a guess") {
   CHECK_THROWS_AS(job_status("job"), RunError);
 }
 
+TEST_CASE("an answer that lacks something is called damaged, and other failures keep their words") {
+  const nlohmann::json answer = {{"id", 1}};
+  const auto lacking = reading_answers([&] { return answer.at("state").get<int>(); });
+  const std::string damaged = message_of<RunError>([&] { (void)lacking(); });
+  CHECK_MESSAGE(damaged.find("the coordinator's answer is damaged (") == 0, damaged);
+  const auto failing = reading_answers([]() -> int { throw RunError("the disk is full"); });
+  CHECK(message_of<RunError>([&] { (void)failing(); }) == "the disk is full");
+  CHECK(reading_answers([&] { return answer.at("id").get<int>(); })() == 1);
+}
+
 }  // namespace parray

@@ -19,7 +19,7 @@ SCENES = SOURCE / "scenes"
 def run(*arguments, timeout=120, env=None):
     """A finished parray command."""
     return subprocess.run([BIN / "parray", *map(str, arguments)], capture_output=True, text=True,
-                          timeout=timeout, env={**os.environ, **(env or {})})
+                          errors="surrogateescape", timeout=timeout, env={**os.environ, **(env or {})})
 
 
 def child_processor_seconds():

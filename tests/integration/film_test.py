@@ -233,6 +233,14 @@ class Here(FilmCase):
         self.assertEqual(facts["legends"][0]["high"], 1)  # of these two frames
         self.assertEqual(read_rgb(self.pictures("a.mp4")[0])[:2], (300, 200))
 
+    def test_a_film_whose_name_is_not_utf_8_has_a_report(self):
+        name = os.fsdecode(b"a\xff.mp4")
+        self.with_ffmpeg(FAKE_FFMPEG)
+        self.film(name, "--spp", "1", "--frames", "0:1")
+        self.assertTrue(self.path(name).exists())
+        self.assertTrue(self.report(name)["film"].endswith("/a\ufffd.mp4"))
+        self.assertTrue(self.report(name)["frames_folder"].endswith("/a\ufffd.frames"))
+
 
 class Encoding(FilmCase):
     def test_ffmpeg_gets_the_frames_and_makes_the_film(self):

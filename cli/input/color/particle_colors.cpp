@@ -235,12 +235,16 @@ NumberBounds ends_of(const ParticleColoring& coloring, ColorMap map, const Numbe
   return scale;
 }
 
-/// Returns a scale with low < high. If all numbers are equal, they get the middle of the map.
+/// Returns a scale with low < high, both finite, and low > 0 on a logarithmic scale. If all numbers
+/// are equal, they get the middle of the map, or an end of it where double's range ends.
 NumberBounds scale_of(const NumberBounds& ends, NumberScale kind) {
   if (ends.low < ends.high) return ends;
-  if (kind == NumberScale::log) return {ends.low / 2, ends.high * 2};
-  const double room = std::max(std::abs(ends.low) / 2, 0.5);
   constexpr double most = std::numeric_limits<double>::max();
+  if (kind == NumberScale::log) {
+    constexpr double least = std::numeric_limits<double>::denorm_min();
+    return {std::max(ends.low / 2, least), std::min(ends.high * 2, most)};
+  }
+  const double room = std::max(std::abs(ends.low) / 2, 0.5);
   return {std::max(ends.low - room, -most), std::min(ends.high + room, most)};
 }
 

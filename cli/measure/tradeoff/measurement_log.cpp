@@ -10,6 +10,7 @@
 #include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 #include "common/scene/limits.h"
@@ -194,8 +195,7 @@ void MeasurementLog::read_runs() {
 }
 
 void MeasurementLog::keep_state() const {
-  write_text_file(file(state_name),
-                  state_.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  write_text_file(file(state_name), json_document(state_));
 }
 
 void MeasurementLog::add(Run run) {

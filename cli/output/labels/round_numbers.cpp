@@ -55,6 +55,7 @@ Ticks ticks_between(double low, double high, int most) {
   const auto first = [&] { return std::ceil(low / step - slack); };
   const auto last = [&] { return std::floor(high / step + slack); };
   while (last() - first() >= most) step = round_above(1.5 * step);
+  if (std::isinf(step)) return {{0}, {"0"}, 0};  // only a range around 0 is so wide
   const double largest = std::max(std::abs(low), std::abs(high));
   Ticks ticks;
   if (largest >= 1e5 || largest < 1e-2) {
@@ -85,7 +86,7 @@ Ticks log_ticks_between(double low, double high, int most) {
     for (int exponent = first; exponent <= last; exponent += stride) {
       for (const double factor : factors) {
         const double value = factor * std::pow(10, exponent);
-        if (value < low * (1 - slack) || value > high * (1 + slack)) continue;
+        if (low - value > low * slack || value - high > high * slack) continue;  // no overflow
         ticks.values.push_back(std::clamp(value, low, high));
         ticks.texts.push_back(text_of_mark(factor, exponent));
       }

@@ -176,6 +176,22 @@ TEST_CASE("a logarithmic scale has equal steps for equal factors, and none for n
                        "no particle has a positive vx: choose another column", SourceError);
 }
 
+TEST_CASE("a logarithmic scale of one number is finite and above 0, also for extreme numbers") {
+  ParticleColoring coloring = by_number();
+  coloring.scale = NumberScale::log;
+  for (const double value : {std::numeric_limits<double>::denorm_min(), 1e-308, 1e308,
+                             std::numeric_limits<double>::max()}) {
+    CAPTURE(value);
+    Particles particles = with_numbers({value, value});
+    const Legend legend = colors_of(coloring, particles).legend;
+    CHECK(legend.low > 0);
+    CHECK(legend.low < legend.high);
+    CHECK(std::isfinite(legend.high));
+    const double share = shares({value, value}, coloring).front();
+    CHECK((share >= 0 && share <= 1));
+  }
+}
+
 TEST_CASE("each number is a category, in the order of the numbers and not of the particles") {
   ParticleColoring coloring = by_number();
   coloring.scale = NumberScale::categories;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,19 +24,22 @@ TEST_CASE("marks are few, round and ascending, and lie in their range") {
                                                                 {0, 7},
                                                                 {1e17, 1.0000001e17},
                                                                 {-1e308, 1e308},
+                                                                {-1.79e308, 1.79e308},
                                                                 {0, 5e-324},
                                                                 {99.99, 100.02}}) {
     const auto& [low, high] = row;  // which Clang 14 does not capture
     CAPTURE(row.first);
     CAPTURE(row.second);
-    const Ticks ticks = ticks_between(low, high, 6);
-    CHECK(!ticks.values.empty());
-    CHECK(ticks.values.size() <= 6);
-    CHECK(std::ranges::is_sorted(ticks.values));
-    CHECK(ticks.values.front() >= low);
-    CHECK(ticks.values.back() <= high);
-    CHECK(ticks.texts.size() == ticks.values.size());
-    for (std::size_t i = 0; i < ticks.values.size(); ++i) CHECK(ticks.texts[i].size() < 32);
+    for (const std::size_t most : {2, 3, 6}) {
+      const Ticks ticks = ticks_between(low, high, static_cast<int>(most));
+      CHECK(!ticks.values.empty());
+      CHECK(ticks.values.size() <= most);
+      CHECK(std::ranges::is_sorted(ticks.values));
+      CHECK(ticks.values.front() >= low);
+      CHECK(ticks.values.back() <= high);
+      CHECK(ticks.texts.size() == ticks.values.size());
+      for (const std::string& text : ticks.texts) CHECK(text.size() < 32);
+    }
   }
   const Ticks ticks = ticks_between(-0.25, 0.6, 6);
   CHECK(ticks.texts == std::vector<std::string>{"\u22120.2", "0.0", "0.2", "0.4", "0.6"});
@@ -64,6 +69,16 @@ TEST_CASE("a logarithmic scale has marks at powers of ten, and at 2 and 5 if the
   const Ticks extreme = log_ticks_between(1e-300, 1e300, 6);
   CHECK(extreme.values.size() <= 6);
   CHECK(extreme.texts.front().starts_with("10\u207b"));
+}
+
+TEST_CASE("the marks of a logarithmic scale at the ends of double's range are in the scale") {
+  constexpr double least = std::numeric_limits<double>::denorm_min();
+  constexpr double most = std::numeric_limits<double>::max();
+  const Ticks high = log_ticks_between(1e307, most, 6);
+  CHECK(high.values.back() == doctest::Approx(1e308));
+  CHECK(high.texts.back() == power_of_ten(308));
+  const Ticks low = log_ticks_between(least, 2 * least, 6);
+  CHECK(low.values == std::vector<double>{least});
 }
 
 TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, above or below the value") {
