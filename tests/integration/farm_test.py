@@ -176,6 +176,17 @@ class Service(FarmCase):
         self.assertEqual(again["image_sha256"], limited["image_sha256"])
         self.assertEqual(again["stopped_by"], "passes")
 
+    def test_a_finished_job_is_listed_with_the_samples_of_its_picture_and_not_with_its_limit(self):
+        with Farm() as farm:
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *size(100000), "--time-limit", "0.5")
+            farm.finish(job)
+            taken = farm.job(job)["samples_taken"]
+            self.assertLess(taken, 100000)
+            mean = f"{taken:.3g}" if taken < 999.5 else f"{taken:.0f}"
+            self.assertIn(f" pixels, {mean} samples each (", farm.client("show", job).stdout)
+            self.assertIn(f"  160 x 100  {mean}  ", farm.client("jobs").stdout)
+
     def test_several_jobs_are_changed_listed_by_name_and_sorted_with_one_command(self):
         with Farm() as farm:
             jobs = [farm.submit(SCENE, *ENDLESS, "--priority", priority) for priority in ("10", "90", "50")]
