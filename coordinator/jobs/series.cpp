@@ -48,7 +48,7 @@ Totals totals_of(const Series& series, Time now) {
     totals.done += state == JobState::done ? 1 : 0;
     totals.failed += state == JobState::failed ? 1 : 0;
     totals.cancelled += state == JobState::cancelled ? 1 : 0;
-    totals.progress += job->ended() ? 1 : job->progress(now);
+    totals.progress += job->progress(now);
     totals.samples_left += job->ended() ? 0 : job->samples_left(now);
     totals.samples_a_pixel += job->samples_a_pixel();
     totals.begun += job->ended() || job->begun() ? 1 : 0;

@@ -133,6 +133,16 @@ TEST_CASE("a frame that was queued again has no end, and the time of its series 
   CHECK(all.at("seconds_taken") == 70);
 }
 
+TEST_CASE("failed and cancelled frames keep their progress in that of their series") {
+  SeriesRig rig;
+  for (const JobId id : {11, 12}) {
+    Job& frame = rig.farm.jobs.at(id);
+    frame.record.course.progress = id == 11 ? 0.5 : 0;
+    rig.jobs.steer(frame, {1, id, msg::JobAction::cancel, 0});
+  }
+  CHECK(rig.jobs.summary_of(rig.farm.now, rig.series()).at("progress") == 0.25);
+}
+
 TEST_CASE("the history of a series merges what happened to all frames and names single ones") {
   SeriesRig rig;
   Job& first = rig.farm.jobs.at(11);
