@@ -378,6 +378,7 @@ void serve_jobs(Arguments& a, StateOwner& state, const std::shared_ptr<spdlog::l
   if (state.fenced()) return;
   coordinator.leave("coordinator stopped");
   for (Delivery& bye : coordinator.take_outbox()) link.send(bye.peer, std::move(bye.content));
+  coordinator.keep_progress();
   log->info("stopped");
 }
 

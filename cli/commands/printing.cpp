@@ -82,17 +82,20 @@ std::string error_cell(const JobStatus& job) {
 }
 
 std::string samples_cell(const JobStatus& job) {
-  if (job.samples_per_pixel > 0) return std::to_string(job.samples_per_pixel);
-  return job.samples_taken > 0 ? mean_text(job.samples_taken) : "";
+  const bool limited = job.samples_per_pixel > 0;
+  if (job.samples_taken > 0 && (job.ended() || !limited)) return mean_text(job.samples_taken);
+  return limited ? std::to_string(job.samples_per_pixel) : "";
 }
 
 static std::string job_samples_text(const JobStatus& job) {
-  std::string limit =
+  if (job.state == "done" && job.samples_taken > 0) {
+    return mean_text(job.samples_taken) + (job.samples_taken == 1 ? " sample" : " samples") +
+           " each";
+  }
+  const std::string limit =
       job.samples_per_pixel > 0 ? counted(job.samples_per_pixel, "sample") + " each" : "";
-  const bool so_far = job.samples_per_pixel == 0 || (job.state != "done" && job.samples_taken > 0);
-  if (!so_far) return limit;
-  return limit + (limit.empty() ? "" : ", ") + mean_text(job.samples_taken) +
-         (job.state == "done" ? " samples each" : " traced");
+  if (!limit.empty() && job.samples_taken <= 0) return limit;
+  return limit + (limit.empty() ? "" : ", ") + mean_text(job.samples_taken) + " traced";
 }
 
 /// Returns what ended a job that is done, for people. Empty: its number of samples.

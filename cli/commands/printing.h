@@ -48,8 +48,8 @@ std::string queue_cell(const JobStatus& job);
 /// unknown.
 std::string error_cell(const JobStatus& job);
 
-/// Returns the limit of samples per pixel of a job. Without a limit, returns the mean number of
-/// samples that its pixels have. Without these, too, returns "".
+/// Returns the mean number of samples per pixel of a job that has ended or has no limit. For other
+/// jobs, returns the limit. Without both, returns "".
 std::string samples_cell(const JobStatus& job);
 
 /// Joins words into a line that a POSIX shell splits into the same words.

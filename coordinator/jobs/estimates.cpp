@@ -269,7 +269,7 @@ void JobBook::estimate_errors() {
         if (part.share < 1) {
           there->work->error_so_far = part;
         } else {
-          there->error = part.error;
+          there->record.course.error = part.error;
           note_error(*there, samples);
         }
       }};
@@ -278,11 +278,12 @@ void JobBook::estimate_errors() {
   }
 }
 
-/// Adds Job::error to the curve of a picture that had `samples` samples.
+/// Adds the latest error to the curve of a picture that had `samples` samples.
 void JobBook::note_error(Job& job, std::uint64_t samples) {
   const auto pixels = static_cast<double>(pixel_count(job.record.settings));
-  job.record.course.add(
-      {job.seconds_taken(farm_.now), static_cast<double>(samples) / pixels, job.error.rmse});
+  JobCourse& course = job.record.course;
+  course.add(
+      {job.seconds_taken(farm_.now), static_cast<double>(samples) / pixels, course.error.rmse});
   farm_.keep(job);
 }
 

@@ -16,8 +16,9 @@ static void add_error(json& summary, const Job& job) {
   const RenderSettings& s = job.record.settings;
   if (s.target_error > 0) summary["target_error"] = s.target_error;
   if (s.target_half_width > 0) summary["target_half_width"] = s.target_half_width;
-  if (job.error.known() || job.record.state == JobState::done) {
-    summary["error"] = error_to_json(job.error);
+  const ErrorFigures& latest = job.record.course.error;
+  if (latest.known() || job.record.state == JobState::done) {
+    summary["error"] = error_to_json(latest);
   } else if (job.work && job.work->error_so_far.share > 0) {
     const auto& [error, share] = job.work->error_so_far;
     summary["error_so_far"] = {
@@ -103,7 +104,7 @@ bool Job::has_picture() const {
 void Job::read_report() {
   const json map = json::parse(record.report, nullptr, false);
   if (!map.is_object()) return;
-  error = error_from_json(map.value("error", json()));
+  record.course.error = error_from_json(map.value("error", json()));
   const json stopped = map.value("stopped_by", json());
   const json samples = map.value("samples", json());
   ended_by = stopped == name_of(StopReason::error)        ? "target_error"

@@ -75,7 +75,6 @@ struct Job {
   PicturePayload picture;           ///< of an ended job, only without a store
   std::string journal;              ///< of a done job, only without a store
   std::uint64_t picture_bytes = 0;  ///< of `picture` and `journal`
-  ErrorFigures error;               ///< the latest estimate; for a done job, from its report
   std::string ended_by;             ///< of a done job, as in a job map; from its report
   bool stored = false;              ///< its results are in a store
   Time traced_since = never;        ///< JobCourse::taken lacks the time since then; never: none
@@ -117,7 +116,7 @@ struct Job {
   [[nodiscard]] double progress(Time now) const;
   /// Returns the times that determine the size of the next pass under a time limit.
   [[nodiscard]] PassTimes times(Time now) const;
-  /// Sets `error`, `ended_by` and the course's samples and progress from the report of a done job.
+  /// Sets `ended_by` and the course's error, samples and progress from the report of a done job.
   /// Does nothing without a report.
   void read_report();
 

@@ -74,9 +74,6 @@ void JobBook::restore_jobs() {
     if (!job.ended() && job.record.course.started > 0) {
       farm_.note(job, "the coordinator was started again");
     }
-    if (!job.error.known() && !job.record.course.curve.empty()) {
-      job.error.rmse = job.record.course.curve.back().rmse;
-    }
     farm_.index.add(farm_.jobs.emplace(id, std::move(job)).first->second);
   }
   restore_farm_notes();
@@ -227,7 +224,7 @@ void JobBook::begin_tracing(Job& job, const RunState& state,
   static_cast<RunState&>(work) = state;
   work.pass_samples = state.samples;
   job.record.passes = state.passes;
-  job.error = state.error.known() || began_again ? state.error : job.error;
+  if (state.error.known() || began_again) job.record.course.error = state.error;
   job.phase = JobPhase::tracing;
   if (job.record.settings->in_passes() && work.started != never) {
     work.deciding = work.pass_ended == never ? 0 : to_seconds(farm_.now - work.pass_ended);
@@ -305,7 +302,8 @@ static void note_done(JobRun& run, double at, const std::string& report) {
   course.finished = at;
   course.samples = run.picture().framebuffer().counts().samples;
   course.progress = 1;
-  course.add({course.taken, static_cast<double>(course.samples) / pixels, error_in(report).rmse});
+  course.error = error_in(report);
+  course.add({course.taken, static_cast<double>(course.samples) / pixels, course.error.rmse});
   run.record().note(at, "done");
 }
 

@@ -91,6 +91,8 @@ class JobBook {
   /// Does regular work every few seconds: ends quarantines, forgets old jobs, estimates errors and
   /// counts bytes on disk. Stores the uptime, the progress of jobs, and the time that users used.
   void keep_house(Time now);
+  /// Stores what the next process cannot compute: the uptime and the progress of jobs.
+  void keep_farm_notes();
 
  private:
   struct Accepted;
@@ -137,7 +139,6 @@ class JobBook {
   void forget_previews(JobId of);
   void check_preview(const JobRecord& record) const;
   void forget_old_jobs();
-  void keep_farm_notes();
   void restore_farm_notes();
 
   Farm& farm_;

@@ -84,11 +84,9 @@ void JobBook::requeue(Job& job) {
   job.record.reason.clear();
   if (farm_.store == nullptr) {
     job.record.passes = {};  // the results that determined them are gone
-    job.record.course.progress = 0;
-    job.record.course.samples = 0;
+    job.record.course.forget_picture();
     job.picture = {};
     job.picture_bytes = 0;
-    job.error = {};
   }
   job.phase = JobPhase::waiting;
   job.retry_at = never;

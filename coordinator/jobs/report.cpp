@@ -142,25 +142,6 @@ FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& recor
   return {{std::move(image), std::move(statistics)}, report.dump()};
 }
 
-json error_to_json(const ErrorFigures& error) {
-  const auto known = [](double value) { return value < 0 ? json() : json(value); };
-  return {{"rmse", known(error.rmse)},
-          {"low", known(error.low)},
-          {"high", known(error.high)},
-          {"half_width_p50", known(error.half_width_p50)},
-          {"half_width_p99", known(error.half_width_p99)}};
-}
-
-ErrorFigures error_from_json(const json& map) {
-  const auto figure = [&map](const char* name) {
-    const json value = map.is_object() ? map.value(name, json()) : json();
-    const double number = value.is_number() ? value.get<double>() : -1;
-    return number >= 0 ? number : -1;
-  };
-  return {figure("rmse"), figure("low"), figure("high"), figure("half_width_p50"),
-          figure("half_width_p99")};
-}
-
 ErrorFigures error_in(const std::string& report) {
   const json map = json::parse(report, nullptr, false);
   return error_from_json(map.is_object() ? map.value("error", json()) : json());

@@ -59,10 +59,6 @@ PictureDetail kept_detail(const WorkSettings& settings);
 FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
                                const RenderFacts& facts);
 
-/// Returns the map `error` of reports and job maps. Unknown figures are null.
-nlohmann::json error_to_json(const ErrorFigures& error);
-/// Reads such a map. Missing and invalid figures are unknown.
-ErrorFigures error_from_json(const nlohmann::json& map);
 /// Reads the figures from the text of a report. Empty text: all are unknown.
 ErrorFigures error_in(const std::string& report);
 

@@ -39,7 +39,6 @@ void JobBook::keep_house(Time now) {
   farm_.for_log("removing old files and counting the bytes of jobs", task);
 }
 
-/// Stores what the next process cannot compute: the uptime and the progress of jobs.
 void JobBook::keep_farm_notes() {
   nlohmann::json progress = nlohmann::json::object();
   for (const auto& [id, job] : farm_.jobs) {

@@ -48,7 +48,7 @@ Totals totals_of(const Series& series, Time now) {
     totals.done += state == JobState::done ? 1 : 0;
     totals.failed += state == JobState::failed ? 1 : 0;
     totals.cancelled += state == JobState::cancelled ? 1 : 0;
-    totals.progress += job->ended() ? 1 : job->progress(now);
+    totals.progress += job->progress(now);
     totals.samples_left += job->ended() ? 0 : job->samples_left(now);
     totals.samples_a_pixel += job->samples_a_pixel();
     totals.begun += job->ended() || job->begun() ? 1 : 0;
@@ -190,13 +190,14 @@ json frame_list(const Series& series, Time now, std::uint32_t from) {
   for (const Job* job : series) {
     if (job->record.frame >= from && list.size() < most) {
       const auto taken = times_of(*job, now).taken;
+      const ErrorFigures& error = job->record.course.error;
       list.push_back({{"frame", job->record.frame},
                       {"job", job->record.id},
                       {"state", job->shown_state()},
                       {"reason", printable(job->record.reason, longest_reason)},
                       {"progress", job->progress(now)},
                       {"seconds", taken ? json(*taken) : json()},
-                      {"rmse", job->error.known() ? json(job->error.rmse) : json()},
+                      {"rmse", error.known() ? json(error.rmse) : json()},
                       {"has_picture", job->has_picture()}});
     }
   }

@@ -147,6 +147,12 @@ void Coordinator::leave(const std::string& reason) {
   for (const auto& [peer, worker] : farm_.workers) farm_.send(peer, msg::Bye{reason});
 }
 
+void Coordinator::keep_progress() {
+  if (farm_.store == nullptr) return;
+  job_book_.keep_farm_notes();
+  job_thread_.settle(seconds(2));
+}
+
 std::future<void> Coordinator::keep_note(const std::string& name, std::string text) {
   const auto kept = std::make_shared<std::promise<void>>();
   std::future<void> result = kept->get_future();

@@ -31,6 +31,10 @@ class Coordinator final : public Actor {
   /// Sends `bye` to every worker; the next take_outbox() returns the messages. `reason`: one line.
   void leave(const std::string& reason);
 
+  /// Stores the progress of all jobs. Waits until this and everything before is committed, at most
+  /// two seconds. Call it last.
+  void keep_progress();
+
   /// Stores a named text. The result is ready when the store has committed it. Callable from any
   /// thread if the job thread is threaded.
   std::future<void> keep_note(const std::string& name, std::string text);

@@ -56,6 +56,7 @@ void JobThread::run_task(Given given) {
   Completion completion = completion_of(given.task, given.failed);
   given = {};  // destroys what the task held in this thread, not in the loop's
   const std::scoped_lock lock(mutex_);
+  unsaved_ = store_ != nullptr;
   if (completion.done) finished_.push_back(std::move(completion.done));
   if (completion.kept) {
     (store_ == nullptr ? finished_ : uncommitted_).push_back(std::move(completion.kept));
@@ -77,7 +78,18 @@ void JobThread::commit() {
   }
   const std::scoped_lock lock(mutex_);
   blocked_ = blocked;
+  unsaved_ = !blocked.empty();
   std::ranges::move(waiting, std::back_inserter(blocked.empty() ? finished_ : uncommitted_));
+}
+
+void JobThread::settle(Time most) {
+  if (!options_.threaded) {
+    commit();
+    return;
+  }
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, most,
+                    [this] { return quit_ || (waiting_.empty() && !busy_ && !unsaved_); });
 }
 
 void JobThread::run_finished() {
@@ -147,6 +159,7 @@ void JobThread::run() {
     if (options_.wake) options_.wake();
     lock.lock();
     busy_ = false;
+    changed_.notify_all();  // for settle()
   }
 }
 

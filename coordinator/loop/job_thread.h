@@ -50,6 +50,9 @@ class JobThread {
   /// request or one job fails, and all others continue.
   void give(Task task, Failed failed);
 
+  /// Waits until all tasks have run and the store has committed their data, at most `most`.
+  void settle(Time most);
+
   /// Calls the completions of finished tasks in the caller's thread, the loop. Rethrows what a
   /// commit has thrown, except StorageFull: see blocked().
   void run_finished();
@@ -76,6 +79,7 @@ class JobThread {
   std::condition_variable changed_;
   std::deque<Given> waiting_;
   bool busy_ = false;
+  bool unsaved_ = false;  ///< a task has run since the latest commit
   std::vector<std::function<void()>> finished_;
   std::vector<std::function<void()>> uncommitted_;
   std::string blocked_;

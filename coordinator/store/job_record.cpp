@@ -45,6 +45,13 @@ void JobCourse::add(const ErrorPoint& point) {
   curve.push_back(point);
 }
 
+void JobCourse::forget_picture() {
+  progress = 0;
+  samples = 0;
+  curve.clear();
+  error = {};
+}
+
 json curve_to_json(const std::vector<ErrorPoint>& curve) {
   json list = json::array();
   for (const ErrorPoint& point : curve) {
@@ -53,6 +60,25 @@ json curve_to_json(const std::vector<ErrorPoint>& curve) {
                     {"rmse", point.rmse < 0 ? json() : json(point.rmse)}});
   }
   return list;
+}
+
+json error_to_json(const adaptive::ErrorFigures& error) {
+  const auto known = [](double value) { return value < 0 ? json() : json(value); };
+  return {{"rmse", known(error.rmse)},
+          {"low", known(error.low)},
+          {"high", known(error.high)},
+          {"half_width_p50", known(error.half_width_p50)},
+          {"half_width_p99", known(error.half_width_p99)}};
+}
+
+adaptive::ErrorFigures error_from_json(const json& map) {
+  const auto figure = [&map](const char* name) {
+    const json value = map.is_object() ? map.value(name, json()) : json();
+    const double number = value.is_number() ? value.get<double>() : -1;
+    return number >= 0 ? number : -1;
+  };
+  return {figure("rmse"), figure("low"), figure("high"), figure("half_width_p50"),
+          figure("half_width_p99")};
 }
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobEvent, at, what)
@@ -72,10 +98,10 @@ double read_positive(const json& map, const char* key) {
 json to_json(const Boxed<RenderSettings>& value) { return settings_to_json(value); }
 json to_json(JobState value) { return static_cast<int>(value); }
 json to_json(const JobCourse& course) {
-  return {{"submitted", course.submitted},       {"started", course.started},
-          {"finished", course.finished},         {"taken", course.taken},
-          {"progress", course.progress},         {"samples", course.samples},
-          {"curve", curve_to_json(course.curve)}};
+  return {{"submitted", course.submitted},        {"started", course.started},
+          {"finished", course.finished},          {"taken", course.taken},
+          {"progress", course.progress},          {"samples", course.samples},
+          {"curve", curve_to_json(course.curve)}, {"error", error_to_json(course.error)}};
 }
 json to_json(const auto& value) { return value; }
 
@@ -99,6 +125,7 @@ void read(const json& map, JobCourse& course) {
     course.add({read_positive(point, "seconds"), read_positive(point, "samples"),
                 rmse.is_null() ? -1 : read_positive(point, "rmse")});
   }
+  course.error = error_from_json(map.value("error", json()));
 }
 void read(const json& from, auto& value) { from.get_to(value); }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/adaptive/error_figures.h"
 #include "proto/job_head.h"
 
 namespace parray::store {
@@ -51,11 +52,14 @@ struct JobCourse {
   double progress = 0;            ///< 0 to 1, at the end of the job or of the latest coordinator
   std::uint64_t samples = 0;      ///< merged samples at that time
   std::vector<ErrorPoint> curve;  ///< at most most_points, with rising samples
+  adaptive::ErrorFigures error;   ///< the latest estimate; for a done job, from its report
 
   static constexpr std::size_t most_points = 200;
   /// Adds a point. Removes points with as many samples or more, because their picture was changed.
   /// If there are too many points, removes every second one.
   void add(const ErrorPoint& point);
+  /// Forgets what it says of the picture, because the picture and its samples are lost.
+  void forget_picture();
 
   friend bool operator==(const JobCourse&, const JobCourse&) = default;
 };
@@ -92,6 +96,11 @@ struct JobRecord : JobHead {
 /// Return the lists `events` and `passes` of a job map.
 nlohmann::json events_to_json(const std::vector<JobEvent>& events);
 nlohmann::json curve_to_json(const std::vector<ErrorPoint>& curve);
+
+/// Returns the map `error` of reports and job maps. Unknown figures are null.
+nlohmann::json error_to_json(const adaptive::ErrorFigures& error);
+/// Reads such a map. Missing and invalid figures are unknown.
+adaptive::ErrorFigures error_from_json(const nlohmann::json& map);
 
 /// Returns the record as JSON text, without its id. Replaces bytes that are not valid UTF-8.
 std::string record_to_json(const JobRecord& job);

@@ -230,6 +230,7 @@ class Rebuilder {
     record.state = JobState::failed;
     record.reason = reason;
     record.report.clear();
+    if (damage.kind == FileDamage::Kind::picture) record.course.forget_picture();
     record.note(now_, "failed: " + reason);
     row.record = record_to_json(record);
     row.unfinished = needs_scene(record.state, record.keeps_scene());

@@ -122,6 +122,23 @@ class Deaths(LongerJobs, FarmCase):
             farm.start_coordinator(farm.address)
             self.assertEqual(farm.fetch(job)["image_sha256"], expected["image_sha256"])
 
+    def test_a_paused_job_is_shown_alike_before_and_after_a_restart_of_the_coordinator(self):
+        with tempfile.TemporaryDirectory() as state, Farm("--state", state, "--heartbeat", "0.1") as farm:
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *ENDLESS, "--target-error", "0.000001")
+            wait_for(lambda: farm.job(job).get("error"), "the first pass")
+            farm.client("pause", job)
+            wait_for(lambda: not any(worker["leases"] for worker in farm.workers()), "the last leases to end")
+            figures = lambda: {key: farm.job(job)[key] for key in ("error", "samples_taken")}
+            progress = lambda: farm.job(job)["progress"]
+            before = figures(), progress()
+            self.assertIsNotNone(before[0]["error"]["low"])
+            farm.coordinator.send_signal(signal.SIGTERM)
+            self.assertEqual(farm.coordinator.wait(timeout=60), 0)
+            farm.start_coordinator(farm.address)
+            self.assertEqual(figures(), before[0])
+            self.assertAlmostEqual(progress(), before[1], places=4)
+
     def test_a_picture_in_passes_has_one_hash_on_any_farm(self):
         expected = render_report(SCENE, *size(20), "--target-error", "0.006")
         self.assertEqual(expected["stopped_by"], "samples")  # --spp 20 comes first
@@ -175,6 +192,17 @@ class Service(FarmCase):
         again = render_report(SCENE, *size, "--passes", passes, "--threads", "1")
         self.assertEqual(again["image_sha256"], limited["image_sha256"])
         self.assertEqual(again["stopped_by"], "passes")
+
+    def test_a_finished_job_is_listed_with_the_samples_of_its_picture_and_not_with_its_limit(self):
+        with Farm() as farm:
+            farm.start_worker("w1")
+            job = farm.submit(SCENE, *size(100000), "--time-limit", "0.5")
+            farm.finish(job)
+            taken = farm.job(job)["samples_taken"]
+            self.assertLess(taken, 100000)
+            mean = f"{taken:.3g}" if taken < 999.5 else f"{taken:.0f}"
+            self.assertIn(f" pixels, {mean} samples each (", farm.client("show", job).stdout)
+            self.assertIn(f"  160 x 100  {mean}  ", farm.client("jobs").stdout)
 
     def test_several_jobs_are_changed_listed_by_name_and_sorted_with_one_command(self):
         with Farm() as farm:

@@ -85,6 +85,26 @@ TEST_CASE("a job without a target reports its error when it is done, also after 
   CHECK(job_status(service.job(id)).error.rmse == error.rmse);
 }
 
+TEST_CASE(
+    "a restart keeps all figures of an unfinished job's error, also if it is cancelled then") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(service_options(), &store);
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), to_an_error());
+  while (!service.job(id).contains("error")) work(service, {{&hand, honest}}, id, 1);
+  service.steer(id, msg::JobAction::pause);
+  service.turn();
+  const nlohmann::json before = service.job(id);
+  REQUIRE(before.at("error").at("low").is_number());
+  service.restart();
+  CHECK(service.job(id).at("error") == before.at("error"));
+  service.steer(id, msg::JobAction::cancel);
+  service.turn();
+  service.restart();
+  CHECK(service.job(id).at("error") == before.at("error"));
+}
+
 TEST_CASE("a picture of one sample a pixel has no error, and says so") {
   Service service;
   Hand hand(service, "a", 4);

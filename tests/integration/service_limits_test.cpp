@@ -361,6 +361,23 @@ TEST_CASE("a restart keeps the progress of a job that waits for its turn") {
   CHECK(service.job(job).at("progress").get<double>() == doctest::Approx(progress).epsilon(0.01));
 }
 
+TEST_CASE("a coordinator that stops stores the progress of its jobs first") {
+  CrashStore store(0, 1);
+  Service service(service_options(), &store);
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}}, job, 3);
+  const nlohmann::json before = service.job(job);
+  REQUIRE(before.at("progress") > 0);
+  service.coordinator().keep_progress();
+  service.restart();
+  service.say("client", msg::ShowJob{1, job});
+  const nlohmann::json after = service.job(job);
+  CHECK(after.at("progress").get<double>() ==
+        doctest::Approx(before.at("progress").get<double>()).epsilon(0.01));
+  CHECK(after.at("samples_taken") == before.at("samples_taken"));
+}
+
 TEST_CASE("a coordinator that cannot commit for too long sends its workers away") {
   CoordinatorOptions options = service_options();
   options.release_after = seconds(15);

@@ -95,7 +95,7 @@ TEST_CASE("the list of frames states what each took and its error") {
   first.record.course.taken = 40;
   first.record.state = JobState::done;
   first.stored = true;
-  first.error.rmse = 0.25;
+  first.record.course.error.rmse = 0.25;
   const nlohmann::json list = frame_list(rig.series(), rig.farm.now, 0);
   REQUIRE(list.size() == 2);
   CHECK(list[0].at("seconds") == 40);
@@ -114,7 +114,7 @@ TEST_CASE("a series has no error of its first frame, neither a final nor a parti
   first.work->error_so_far.share = 0.5;
   CHECK(job_summary(first, rig.farm.now, "").contains("error_so_far"));
   CHECK_FALSE(series_summary(rig.series(), rig.farm.now, "").contains("error_so_far"));
-  first.error.rmse = 0.25;
+  first.record.course.error.rmse = 0.25;
   CHECK(job_summary(first, rig.farm.now, "").contains("error"));
   CHECK_FALSE(series_summary(rig.series(), rig.farm.now, "").contains("error"));
 }
@@ -131,6 +131,16 @@ TEST_CASE("a frame that was queued again has no end, and the time of its series 
   CHECK(all.at("started") == 110);
   CHECK(all.at("finished").is_null());
   CHECK(all.at("seconds_taken") == 70);
+}
+
+TEST_CASE("failed and cancelled frames keep their progress in that of their series") {
+  SeriesRig rig;
+  for (const JobId id : {11, 12}) {
+    Job& frame = rig.farm.jobs.at(id);
+    frame.record.course.progress = id == 11 ? 0.5 : 0;
+    rig.jobs.steer(frame, {1, id, msg::JobAction::cancel, 0});
+  }
+  CHECK(rig.jobs.summary_of(rig.farm.now, rig.series()).at("progress") == 0.25);
 }
 
 TEST_CASE("the history of a series merges what happened to all frames and names single ones") {

@@ -129,6 +129,29 @@ TEST_CASE("`kept` is called only after the commit") {
   }
 }
 
+TEST_CASE("settle() returns when all tasks have run and their data is committed") {
+  for (const bool threaded : {false, true}) {
+    CAPTURE(threaded);
+    CrashStore store(0, 1);
+    {
+      Room loop(&store, threaded);
+      for (JobId id = 1; id <= 50; ++id) loop.give(put(store, id));
+      loop.room.settle(seconds(60));
+    }
+    store.crash();
+    CHECK(store.jobs().size() == 50);
+  }
+}
+
+TEST_CASE("settle() gives up after its time if the disk is full") {
+  CrashStore store(0, 1);
+  store.fill(true);
+  Room loop(&store, true);
+  loop.give(put(store, 1));
+  loop.room.settle(milliseconds(20));
+  loop.run_until([&] { return !loop.room.blocked().empty(); });
+}
+
 TEST_CASE("a full disk delays commits, and blocked() says why; commits resume when there is room") {
   CrashStore store(0, 1);
   Room loop(&store, false);

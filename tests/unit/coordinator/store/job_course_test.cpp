@@ -51,6 +51,7 @@ TEST_CASE("a course survives being stored; unknown errors are null") {
   course.samples = 77;
   course.add({0.5, 2, -1});
   course.add({1, 4, 0.125});
+  course.error = {0.125, 0.0625, 0.25, -1, 0.5};
   CHECK(curve_to_json(course.curve)[0].at("rmse").is_null());
   json record = json::parse(record_to_json(job));
   CHECK(record_from_json(7, record.dump()).course == course);
@@ -58,6 +59,18 @@ TEST_CASE("a course survives being stored; unknown errors are null") {
   CHECK_THROWS_AS(record_from_json(7, record.dump()), RunError);
   record["course"] = json::object();
   CHECK(record_from_json(7, record.dump()).course == JobCourse());
+}
+
+TEST_CASE("a course whose picture is lost keeps its times alone") {
+  JobCourse course;
+  course.taken = 3;
+  JobCourse with_picture = course;
+  with_picture.progress = 0.5;
+  with_picture.samples = 77;
+  with_picture.add({1, 4, 0.125});
+  with_picture.error.rmse = 0.125;
+  with_picture.forget_picture();
+  CHECK(with_picture == course);
 }
 
 TEST_CASE("a record keeps its course, and may lack it") {

@@ -150,6 +150,27 @@ TEST_CASE("a finished job that loses its scene stays done, without denoising and
   CHECK(store.picture(1) == "picture");
 }
 
+TEST_CASE("a job whose picture is lost has neither progress nor an error any more") {
+  const TemporaryDirectory directory(in_memory());
+  {
+    DiskStore store(directory.path());
+    JobRecord job = job_with(1, JobState::done);
+    job.course.taken = 3;
+    job.course.progress = 1;
+    job.course.error.rmse = 0.125;
+    put_picture(store, 1, "picture");
+    store.put_job(job);
+    store.commit();
+  }
+  std::filesystem::remove(directory.path() / "jobs" / "1" / "picture");
+  repair_state(directory.path(), 1e9);
+  const JobRecord job = DiskStore(directory.path()).jobs().at(0);
+  CHECK(job.state == JobState::failed);
+  CHECK(job.course.taken == 3);
+  CHECK(job.course.progress == 0);
+  CHECK_FALSE(job.course.error.known());
+}
+
 TEST_CASE(
     "damaged results, pictures and scenes are reported, and repair keeps the undamaged parts") {
   const TemporaryDirectory directory(in_memory());
