@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cli/commands/commands.h"
+#include "cli/commands/loading.h"
 #include "cli/commands/options.h"
 #include "cli/commands/particle_options.h"
 #include "cli/commands/printing.h"
@@ -107,8 +108,10 @@ int convert(const ConvertCommand& command) {
                      ": the scene file to write needs a name that ends in .json: "
                      "parray convert IN OUT.json");
   }
-  check_outputs({.image = {}, .report = command.out}, command.in);
+  const OutputPaths outputs{.image = {}, .report = command.out};
+  check_outputs(outputs, {command.in, command.particles.topology()});
   const SceneFile scene = converted(command);
+  check_not_inputs(outputs, inputs_of(scene));
   print_notes(scene.particle_files);
   const DeferredInterrupts deferred;
   write_file(command.out, [&](std::ostream& out) { write_scene(out, scene, check_interrupted); });
