@@ -337,9 +337,13 @@ KeyPair read_coordinator_key(const fs::path& directory) {
   return {key_in(values, "public", file), key_in(values, "secret", file)};
 }
 
-MemberKey read_member_key(const fs::path& path, const std::string& name) {
+fs::path member_key_file(const fs::path& path, const std::string& name) {
   std::error_code ignored;
-  const fs::path file = fs::is_directory(path, ignored) ? path / (name + ".key") : path;
+  return fs::is_directory(path, ignored) ? path / (name + ".key") : path;
+}
+
+MemberKey read_member_key(const fs::path& path, const std::string& name) {
+  const fs::path file = member_key_file(path, name);
   const auto values = read_secret_file(file);
   return {key_in(values, "coordinator", file),
           {key_in(values, "public", file), key_in(values, "secret", file)}};

@@ -93,6 +93,9 @@ KeyPair read_coordinator_key(const std::filesystem::path& directory);
 /// if the file cannot be used.
 MemberKey read_member_key(const std::filesystem::path& path, const std::string& name);
 
+/// Returns the file that read_member_key() reads.
+std::filesystem::path member_key_file(const std::filesystem::path& path, const std::string& name);
+
 /// Throws InputError with the remedy if group or others can write the file or directory `path`.
 /// Accepts a path that is mounted read-only or does not exist.
 void refuse_if_others_can_write(const std::filesystem::path& path);

@@ -123,8 +123,10 @@ int convert(const ConvertCommand& command) {
                      " and --expand exclude each other: the scene would not refer to the particle "
                      "file that labels describe: leave one of them out");
   }
-  check_outputs({.image = {}, .report = command.out}, command.in);
+  const OutputPaths outputs{.image = {}, .report = command.out};
+  check_outputs(outputs, {command.in, command.render.particles().topology()});
   const SceneFile scene = converted(command);
+  check_not_inputs(outputs, inputs_of(scene));
   print_notes(scene.particle_files);
   const DeferredInterrupts deferred;
   write_file(command.out, [&](std::ostream& out) { write_scene(out, scene, check_interrupted); });

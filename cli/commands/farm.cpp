@@ -27,8 +27,12 @@ void FarmOptions::add_to(Command& command, const Option* needed) {
   key.needs(*needed);
 }
 
+static constexpr const char* own_name = "admin";  // of a key in a directory
+
+std::filesystem::path FarmOptions::key_file() const { return member_key_file(keys, own_name); }
+
 static std::optional<MemberKey> key_of(const FarmOptions& farm) {
-  return farm.keys.empty() ? std::nullopt : std::optional(read_member_key(farm.keys, "admin"));
+  return farm.keys.empty() ? std::nullopt : std::optional(read_member_key(farm.keys, own_name));
 }
 
 FarmClient::FarmClient(const FarmOptions& farm)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -17,6 +18,9 @@ struct FarmOptions {
   /// One or more addresses, "tcp://HOST:PORT", separated by commas.
   std::string address = "tcp://127.0.0.1:7400";
   std::string keys;  ///< key file, or directory with an administrator's key; empty: no key
+
+  /// Returns the file with the key. Empty: no key.
+  [[nodiscard]] std::filesystem::path key_file() const;
 };
 
 /// A client of the coordinator of FarmOptions, over ZeroMQ. After the user's interrupt, a request

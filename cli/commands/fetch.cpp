@@ -48,10 +48,11 @@ int fetch(const FetchCommand& command) {
         "--partial writes one picture: give a file name without # and, for a frame of a series, "
         "the number of the frame's own job");
   }
-  if (!series) check_outputs(outputs);
+  const InputFiles inputs{command.farm.key_file()};
+  if (!series) check_outputs(outputs, inputs);
   FarmClient client(command.farm);
   const DeferredInterrupts deferred;
-  if (series) return fetch_series(*client, command.job, outputs, command.raw);
+  if (series) return fetch_series(*client, command.job, outputs, inputs, command.raw);
   if (command.partial) {
     const Picture picture = client->fetch_partial(command.job);
     if (picture.report.value("partial", false)) return write_partial(picture, outputs);
@@ -67,6 +68,7 @@ struct WatchCommand {
 
 int watch(const WatchCommand& command) {
   if (!command.following.preview.empty()) check_image_path(command.following.preview);
+  InputFiles{command.farm.key_file()}.check(command.following.preview);
   check_display(command.following.display);
   FarmClient client(command.farm);
   wait_until_done(*client, command.job, command.following);

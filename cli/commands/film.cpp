@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/drawing.h"
@@ -77,6 +78,17 @@ std::string request_of(const FilmCommand& command, const FilmFrames& frames) {
   return text;
 }
 
+/// Returns the input files that the command line names, and `files`. Throws InputError if film or
+/// report is one of them.
+InputFiles checked_inputs(const FilmCommand& command, const std::vector<std::string>& files = {}) {
+  InputFiles inputs{command.course.scene, command.course.camera_path,
+                    command.render.particles().topology(), command.farm.key_file()};
+  for (const std::string& file : files) inputs.add(file);
+  inputs.check(command.film);
+  inputs.check(command.report);
+  return inputs;
+}
+
 bool wants_denoising(const FilmCommand& command, const RenderSettings& settings) {
   const Quality* const quality = command.render.quality();
   return command.denoise ||
@@ -111,10 +123,15 @@ class Film {
       : command_(command),
         started_(started),
         frames_(command.course, command.render, shown_reading(command.following)),
-        identity_(film_identity(request_of(command, frames_), frames_.files())),
+        files_(frames_.files()),
+        inputs_(checked_inputs(command, files_)),
+        identity_(film_identity(request_of(command, frames_), files_)),
         folder_(command.film, identity_) {
     for (const std::uint32_t frame : frames_.numbers()) {
-      if (folder_.has(frames_.place_of(frame))) there_.insert(frame);
+      const std::uint32_t place = frames_.place_of(frame);
+      inputs_.check(folder_.picture(place));
+      inputs_.check(folder_.report(place));
+      if (folder_.has(place)) there_.insert(frame);
     }
     const std::string folder = printable(folder_.path().string(), 4096);
     if (!there_.empty()) {
@@ -276,6 +293,8 @@ class Film {
   const Time started_;
   SteadyClock clock_;
   FilmFrames frames_;
+  const std::vector<std::string> files_;  ///< from which the frames are made
+  const InputFiles inputs_;
   const std::string identity_;
   FilmFolder folder_;
   std::set<std::uint32_t> there_;  ///< frames of an earlier run
@@ -300,11 +319,7 @@ void check(const FilmCommand& command) {
   if (command.render.transparent(false)) {
     require(RenderMode::film, Feature::transparency, "--transparent");
   }
-  for (const std::string& input : {command.course.scene, command.course.camera_path}) {
-    if (same_file(command.report, input)) {
-      throw InputError(command.report + " is an input file: name another report");
-    }
-  }
+  (void)checked_inputs(command);
 }
 
 int film(const FilmCommand& command) {

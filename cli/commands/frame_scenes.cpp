@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <span>
 
 #include "cli/input/formats/format_table.h"
@@ -160,15 +161,21 @@ std::uint64_t FrameScenes::count() const {
   fail_without_trajectory(file_);
 }
 
+std::vector<std::string> files_named_in(const std::string& scene_file, NamedFiles named) {
+  std::vector<std::string> files;
+  const std::filesystem::path folder = folder_of(scene_file);
+  for (const ParticleSource& source : read_scene(scene_file, named).particles) {
+    files.push_back((folder / source.file).string());
+    if (!source.topology.empty()) files.push_back((folder / source.topology).string());
+  }
+  return files;
+}
+
 std::vector<std::string> FrameScenes::files(const std::vector<std::uint32_t>& frames) const {
   std::vector<std::string> files;
   const auto add = [&](const std::string& file) {
     files.push_back(file);
-    if (!is_scene_) return;
-    for (const ParticleSource& source : read_scene(file, named_).particles) {
-      files.push_back((folder_of(file) / source.file).string());
-      if (!source.topology.empty()) files.push_back((folder_of(file) / source.topology).string());
-    }
+    if (is_scene_) std::ranges::move(files_named_in(file, named_), std::back_inserter(files));
   };
   if (!numbered_) add(file_);
   for (const std::uint32_t frame : numbered_ ? frames : std::vector<std::uint32_t>()) {

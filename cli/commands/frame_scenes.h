@@ -95,6 +95,9 @@ class FrameScenes {
   OnRead on_read_;
 };
 
+/// Returns the particle files and topologies that a scene file names. Throws InputError.
+std::vector<std::string> files_named_in(const std::string& scene_file, NamedFiles named);
+
 /// Turns the camera around the axis, as turned() does (view.h). In an automatic scene, the
 /// scenery (ground or wall, light blocker) turns with the camera.
 void turn(SceneFile& scene, const TurnAxis& axis, double degrees);

@@ -138,6 +138,15 @@ void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories*
   tidy(scene, usable_cpus());
 }
 
+InputFiles inputs_of(const SceneFile& scene) {
+  InputFiles inputs;
+  for (const ParticleFile& file : scene.particle_files) {
+    inputs.add(file.path);
+    inputs.add(file.topology);
+  }
+  return inputs;
+}
+
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                      NamedFiles named) {
   SceneFile scene = read_any(file, options, change, named);

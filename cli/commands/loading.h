@@ -10,6 +10,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/input/view/surroundings.h"
+#include "cli/output/input_files.h"
 
 namespace parray::commands {
 
@@ -68,6 +69,9 @@ bool may_hold_frames(const std::filesystem::path& path);
 /// Reads a scene file without its particles, and without any options. Throws InputError, also if
 /// the scene names a file that `named` does not allow.
 SceneFile read_scene(PackedFile& file, NamedFiles named);
+
+/// Returns the particle files and topologies of a scene whose particles were read.
+InputFiles inputs_of(const SceneFile& scene);
 
 /// Loads a file that is already open.
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change = {},

@@ -28,6 +28,8 @@ class ParticleOptions {
   /// Returns the source that the options describe, without a file. Throws InputError if options
   /// exclude each other.
   [[nodiscard]] ParticleSource source() const;
+  /// Returns the file of --topology. Empty: none.
+  [[nodiscard]] const std::string& topology() const { return given_.topology; }
 
  private:
   void begin_representation(const std::string& select);

@@ -241,14 +241,20 @@ void check_request(const RenderRequest& request) {
   check(request.scene == standard_input_argument, Feature::standard_input, "-");
 }
 
+InputFiles inputs_of(const RenderRequest& request) {
+  return {request.scene, request.render.particles().topology(), request.render.like(),
+          request.key_file};
+}
+
 PreparedRender prepare(const RenderRequest& request) {
   check_request(request);
-  check_outputs(request.output.paths(request.following), request.scene);
+  check_outputs(request.output.paths(request.following), inputs_of(request));
   check_display(request.following.display);
   RenderOptions options = request.render;
   if (request.view) options.auto_scene().look_from(*request.view);
   LoadedSubmission loaded = load_submission(request.mode, request.scene, options, request.priority);
   OutputPaths outputs = output_paths_of(request, loaded);
+  check_not_inputs(outputs, inputs_of(loaded.rest));
   Submission& submission = loaded.submission;
   RenderSettings& settings = submission.settings;
   if (request.mode != RenderMode::sheet) {  // whose picture contains several of this size

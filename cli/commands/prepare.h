@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -91,7 +92,11 @@ struct RenderRequest {
   std::uint32_t threads;        ///< threads of this process that trace pictures or extra channels
   std::uint32_t priority = 50;  ///< of the job, 0 to 100
   std::optional<View> view{};   ///< for a sheet: the view to render, instead of --view
+  std::filesystem::path key_file{};  ///< FarmOptions::key_file()
 };
+
+/// Returns the input files that the command line of the request names.
+InputFiles inputs_of(const RenderRequest& request);
 
 /// Throws InputError if the request asks for a feature that its mode lacks.
 void check_request(const RenderRequest& request);

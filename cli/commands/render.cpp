@@ -197,7 +197,7 @@ int render_views(const RenderRequest& request, const std::vector<View>& views) {
   const Time started = SteadyClock().now();
   const OutputPaths outputs = request.output.paths();
   check_request(request);
-  check_outputs(outputs, request.scene);
+  check_outputs(outputs, inputs_of(request));
   check_scene(request.scene);
   const DeferredInterrupts deferred;
   Views rendered(request, views.size(), started);

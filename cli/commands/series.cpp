@@ -342,7 +342,8 @@ int run_frames(Client& client, const FrameJobs& jobs) {
   }
 }
 
-int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool raw) {
+int fetch_series(Client& client, JobId series, const OutputPaths& outputs, const InputFiles& inputs,
+                 bool raw) {
   check_frame_outputs(outputs);
   Failures failures;
   int status = 0;
@@ -351,8 +352,9 @@ int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool 
     if (frames.empty()) return std::max(report_failures(failures), status);
     for (const ListedFrame& frame : frames) {
       if (frame.done()) {
-        status = std::max(
-            status, fetch_and_write(client, frame.job, outputs_of(outputs, frame.frame), raw));
+        const OutputPaths numbered = outputs_of(outputs, frame.frame);
+        check_not_inputs(numbered, inputs);
+        status = std::max(status, fetch_and_write(client, frame.job, numbered, raw));
       } else {
         failures[frame.frame] = frame.why();
       }

@@ -61,7 +61,9 @@ void check_frame_outputs(const OutputPaths& outputs);
 
 /// Fetches the finished frames of a series. For every other frame that was submitted, prints on
 /// stderr why it has no picture. Returns the exit status: 1 if there is such a frame. `raw`: see
-/// fetch_and_write(). Throws InputError if the job is not a series.
-int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool raw);
+/// fetch_and_write(). Throws InputError if the job is not a series, or an output is one of the
+/// `inputs`.
+int fetch_series(Client& client, JobId series, const OutputPaths& outputs, const InputFiles& inputs,
+                 bool raw);
 
 }  // namespace parray::commands

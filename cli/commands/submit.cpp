@@ -2,11 +2,15 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
 #include "cli/commands/finishing_options.h"
+#include "cli/commands/frame_scenes.h"
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/rendering.h"
@@ -23,6 +27,8 @@
 
 namespace parray::commands {
 namespace {
+
+namespace fs = std::filesystem;
 
 struct SubmitCommand {
   std::string scene;
@@ -48,7 +54,8 @@ RenderRequest request_of(const SubmitCommand& command) {
           .output = command.output,
           .following = command.following,
           .threads = static_cast<std::uint32_t>(usable_cpus()),
-          .priority = command.priority};
+          .priority = command.priority,
+          .key_file = command.farm.key_file()};
 }
 
 /// Refuses a preview of a series before the command line asks for the --wait that a preview needs.
@@ -62,7 +69,7 @@ void refuse_preview(const ProgressOptions& following) {
 std::string token_of(const SubmitCommand& command) {
   const FrameRange& frames = *command.frames;
   return series_token(
-      std::filesystem::absolute(command.scene).lexically_normal().string() + "\n" +
+      fs::absolute(command.scene).lexically_normal().string() + "\n" +
       std::to_string(frames.first) + "-" + std::to_string(frames.last) + ":" +
       std::to_string(frames.step) + "\n" + command.render.as_given() +
       (has_frame_number(command.scene) ? "" : read_file(command.scene).value_or("")) + "\n" +
@@ -82,11 +89,50 @@ void check_scene(const SubmitCommand& command) {
   }
 }
 
+/// Returns the input files of a series. `named`: also those that its scene files name.
+InputFiles inputs_of(const SubmitCommand& command, bool named) {
+  InputFiles inputs = inputs_of(request_of(command));
+  inputs.add(command.camera_path);
+  const bool numbered = has_frame_number(command.scene);
+  for (std::uint32_t i = 0; i < (numbered ? command.frames->count() : 1); ++i) {
+    const std::string scene = with_frame_number(command.scene, command.frames->number(i));
+    inputs.add(scene);
+    if (!named) continue;
+    try {
+      PackedFile file(scene);
+      if (particle_format_of(file) != nullptr) continue;
+      for (const auto& input : files_named_in(scene, NamedFiles::anywhere)) inputs.add(input);
+    } catch (const InputError&) {
+      continue;  // run_frames() gives the reason
+    }
+  }
+  return inputs;
+}
+
+/// Throws InputError unless each frame has its own files, none of which is an input.
+void check_series(const SubmitCommand& command, const OutputPaths& outputs) {
+  if (outputs.none()) return;
+  check_frame_outputs(outputs);
+  std::vector<OutputPaths> numbered;
+  bool exist = false;
+  std::error_code ignored;
+  for (std::uint32_t i = 0; i < command.frames->count(); ++i) {
+    const OutputPaths& frame =
+        numbered.emplace_back(outputs_of(outputs, command.frames->number(i)));
+    for (const auto& file : {frame.image, frame.report, frame.error_map}) {
+      exist = exist || fs::exists(file, ignored);
+    }
+  }
+  // A file that does not exist is no input. So most series need not read their scenes for this.
+  const InputFiles inputs = inputs_of(command, exist);
+  for (const OutputPaths& frame : numbered) check_not_inputs(frame, inputs);
+}
+
 /// Loads the frames of a series and submits them. With --wait and -o, fetches each frame when it is
 /// done.
 int submit_frames(const SubmitCommand& command) {
   const OutputPaths outputs = command.output.paths();
-  if (!outputs.none()) check_frame_outputs(outputs);
+  check_series(command, outputs);
   check_request(request_of(command));
   FarmClient client(command.farm);
   check_scene(command);

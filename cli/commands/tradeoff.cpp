@@ -1,5 +1,6 @@
 #include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string_view>
@@ -146,16 +147,28 @@ std::string answer_command(const TradeoffCommand& command,
          " " + options;
 }
 
+constexpr std::array<const char*, 4> tables{"tradeoff.csv", "farms.csv", "intervals.csv",
+                                            "tradeoff.json"};
+
+/// Throws InputError if a table would overwrite a file from which the scene was read.
+void check_tables(const TradeoffCommand& command, const SceneFile& scene) {
+  InputFiles inputs = inputs_of(scene);
+  inputs.add(command.scene);
+  const std::filesystem::path directory(command.directory);
+  for (const char* const table : tables) inputs.check(directory / table);
+}
+
 void write_tables(const tradeoff::TradeoffResults& results, const tradeoff::MeasurementLog& log,
                   const nlohmann::json& document) {
-  write_text_file(log.file("tradeoff.csv"), csv_of(results));
-  write_text_file(log.file("farms.csv"), farms_csv_of(results));
-  write_text_file(log.file("intervals.csv"), intervals_csv_of(results));
-  write_text_file(log.file("tradeoff.json"), json_document(document));
+  write_text_file(log.file(tables[0]), csv_of(results));
+  write_text_file(log.file(tables[1]), farms_csv_of(results));
+  write_text_file(log.file(tables[2]), intervals_csv_of(results));
+  write_text_file(log.file(tables[3]), json_document(document));
 }
 
 int run(const TradeoffCommand& command) {
   const SceneFile file = load_scene(command.scene, command.none);
+  check_tables(command, file);
   const tradeoff::Request request = request_of(command, file);
   const auto threads = static_cast<int>(command.threads.value_or(usable_cpus()));
   const DeferredInterrupts deferred;

@@ -71,9 +71,9 @@ bool same_file(const fs::path& a, const fs::path& b) {
           fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal());
 }
 
-/// Throws InputError if two outputs, or an output and the scene, are the same file. A preview may
-/// be the picture that it becomes.
-static void check_distinct(const OutputPaths& outputs, const fs::path& scene) {
+/// Throws InputError if two outputs are the same file. A preview may be the picture that it
+/// becomes.
+static void check_distinct(const OutputPaths& outputs) {
   const std::array<std::pair<const char*, fs::path>, 4> files{{{"preview", outputs.preview},
                                                                {"picture", outputs.image},
                                                                {"report", outputs.report},
@@ -85,13 +85,16 @@ static void check_distinct(const OutputPaths& outputs, const fs::path& scene) {
       throw InputError(file.string() + ": " + name + " and " + files.at(other).first +
                        " need different files");
     }
-    if (same_file(file, scene)) {
-      throw InputError(file.string() + " is the scene file: name another output file");
-    }
   }
 }
 
-void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
+void check_not_inputs(const OutputPaths& outputs, const InputFiles& inputs) {
+  for (const auto& file : {outputs.image, outputs.report, outputs.error_map, outputs.preview}) {
+    inputs.check(file);
+  }
+}
+
+void check_outputs(const OutputPaths& outputs, const InputFiles& inputs) {
   if (!outputs.image.empty()) check_image_path(outputs.image);
   if (!outputs.report.empty()) check_output_path(outputs.report);
   if (!outputs.aovs.empty() && !can_hold_channels(outputs.image)) {
@@ -106,7 +109,8 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   if (can_hold_channels(outputs.error_map)) {
     throw InputError("--error-map " + outputs.error_map.string() + ": write a PNG file (.png)");
   }
-  check_distinct(outputs, scene);
+  check_distinct(outputs);
+  check_not_inputs(outputs, inputs);
 }
 
 /// Adds the times of write_outputs() to the report. Writing took `write` seconds and ended at

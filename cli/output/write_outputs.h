@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "cli/output/input_files.h"
 #include "cli/output/picture/picture.h"
 #include "cli/output/postprocess/postprocessing.h"
 #include "proto/clock.h"
@@ -49,9 +50,13 @@ struct OutputPaths {
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
 /// Throws InputError unless all files can be written, they differ (except that the preview may be
-/// the image), no file is `scene`, the image can contain the channels, and the map is not EXR.
+/// the image), none is an input, the image can contain the channels, and the map is not EXR.
 /// Throws RunError if the font for the map is missing. Call it before any work.
-void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});
+void check_outputs(const OutputPaths& outputs, const InputFiles& inputs = {});
+
+/// Throws InputError if one of the files is an input. Call it for inputs that were not known when
+/// check_outputs() was called.
+void check_not_inputs(const OutputPaths& outputs, const InputFiles& inputs);
 
 /// Times of the command that rendered the picture.
 struct CommandTimes {

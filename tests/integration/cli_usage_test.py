@@ -4,10 +4,12 @@
 import itertools
 import json
 import pathlib
+import shutil
+import subprocess
 import tempfile
 import unittest
 
-from farm import SCENES, Farm, run, wait_for
+from farm import BIN, SCENES, Farm, run, wait_for
 
 SCENE = {
     "version": 1,
@@ -163,9 +165,45 @@ class Refusals(CliTest):
         self.refused("film", missing, "-o", self.path("a.mp4"), "--report", self.path("a.mp4"),
                      mentions="film and report need different files")
         self.refused("render", self.scene, "-o", self.path("a.png"), "--report", self.scene,
-                     mentions="is the scene file")
+                     mentions="is an input file: name another output file")
         self.assertEqual(json.loads(self.scene.read_text()), SCENE)
         self.refused("render", missing, "-o", self.path("a.png"), mentions="no-such-scene.json")
+
+    def test_an_output_that_would_replace_an_input_is_refused_and_the_input_stays(self):
+        atoms, named, like = self.path("p.xyz"), self.path("named.json"), self.path("like.png")
+        atoms.write_text("2\n\nO 0 0 0\nC 0 0 2\n")
+        shutil.copy(atoms, self.path("top.xyz"))
+        shutil.copy(atoms, self.path("top.json"))
+        small = ["--width", "40", "--height", "30", "--spp", "2", "-q"]
+        for command in (["convert", atoms, named, "--topology", self.path("top.xyz"), "--width", "40"],
+                        ["render", self.scene, *small, "-o", like]):
+            self.assertEqual(run(*command).returncode, 0)
+        self.path("link").symlink_to(atoms)
+        shutil.copy(named, self.path("tradeoff.json"))
+        self.before = self.files()
+        contents = {path: path.read_bytes() for path in self.directory.iterdir()}
+        output = ["-o", self.path("a.png")]
+        topology = [atoms, "--topology", self.path("top.xyz")]
+        for command in ("render", "submit"):
+            options = [*output, *(["--wait"] if command == "submit" else []), *small[:-1]]
+            for report in (atoms, self.path("top.xyz"), self.path("link"), named):
+                self.refused(command, named, *options, "--report", report,
+                             mentions=f"parray: {report} is an input file: name another output file\n")
+            self.refused(command, *topology, *options, "--report", self.path("top.xyz"), mentions="top.xyz is an input file")
+        for option in ("--report", "--error-map", "--preview"):
+            self.refused("render", self.scene, "--like", like, *output, option, like, mentions="like.png is an input file")
+        self.refused("render", self.scene, "--like", like, "-o", like, mentions="like.png is an input file")
+        self.refused("render", atoms, *output, *small, "--views", "front,top", "--report", atoms, mentions="p.xyz is an input")
+        self.refused("convert", atoms, self.path("top.json"), "--topology", self.path("top.json"),
+                     mentions="top.json is an input file")
+        self.refused("tradeoff", self.path("tradeoff.json"), "-o", self.directory, mentions="tradeoff.json is an input file")
+        with self.scene.open() as scene:
+            result = subprocess.run([BIN / "parray", "render", "-", *output, "--report", self.scene], stdin=scene,
+                                    capture_output=True, text=True, timeout=60)
+        self.assertEqual((result.returncode, result.stdout), (2, ""))
+        self.assertIn("scene.json is an input file", result.stderr)
+        for path, content in contents.items():
+            self.assertEqual(path.read_bytes(), content, path)
 
     def test_pictures_too_small_for_jpeg_2000_are_refused_before_the_render(self):
         small, large = self.path("a.jp2"), ["--width", "32", "--height", "32", "--spp", "1", "-q"]

@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -357,6 +358,28 @@ class Refusals(FilmCase):
         result = run("film", self.run_file, "-o", self.path("a.mp4"), *SIZE)
         self.assertEqual(result.returncode, 2)
         self.assertIn("remove the file of this name", result.stderr)
+
+    def test_outputs_that_would_replace_an_input_are_refused(self):
+        made = self.path("made.json")
+        self.assertEqual(run("convert", self.run_file, made, "--width", "48").returncode, 0)
+        self.path("b.frames").mkdir()
+        inside = self.path("b.frames") / "frame-000001.json"
+        inside.write_text(made.read_text().replace("run.xyz", "../run.xyz"))
+        shutil.copy(self.run_file, self.path("top.xyz"))
+        shutil.copy(self.run_file, self.path("c.gif"))
+        before = {path: path.read_bytes() for path in self.directory.rglob("*") if path.is_file()}
+        for arguments, film, report, mentions in (
+                ([made], "a.gif", self.run_file, "run.xyz"),
+                ([made], "a.gif", made, "made.json"),
+                ([self.run_file, "--topology", self.path("top.xyz")], "a.gif", self.path("top.xyz"), "top.xyz"),
+                ([self.path("c.gif")], "c.gif", self.path("r.json"), "c.gif"),
+                ([inside], "b.gif", self.path("r.json"), "frame-000001.json")):
+            with self.subTest(film=film, report=report):
+                result = run("film", *arguments, "-o", self.path(film), "--report", report, *SIZE)
+                self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
+                self.assertRegex(result.stderr, rf"\Aparray: [^\n]*{mentions} is an input file: name another output file\n\Z")
+        self.assertEqual({path: path.read_bytes() for path in self.directory.rglob("*") if path.is_file()}, before)
+        self.assertFalse(self.path("a.frames").exists())
 
     def test_a_transparent_film_is_refused_with_a_remedy(self):
         result = self.film("a.mp4", "--transparent", "on", expected=2)

@@ -232,6 +232,26 @@ class Troubles(FrameCase):
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertEqual(result.stderr.count("draws no outlines and no depth cue and no labels on the picture"), 1, result.stderr)
 
+    def test_outputs_that_would_replace_an_input_of_any_frame_are_refused(self):
+        path = write(self.directory / "path-0002.json", '{"cameras": []}')
+        write(self.directory / "run-0001.xyz", "1\n\nC 0 0 0\n" * 3)
+        numbered = [write(self.directory / f"s-{frame:04}.json", scene()) for frame in range(3)]
+        named = write(self.directory / "named.json", scene(particles=[{"file": "run-0001.xyz"}]))
+        write(numbered[2], named.read_text())
+        contents = {file: file.read_text() for file in self.directory.iterdir()}
+        for arguments, report, says in (
+                ([self.directory / "s-####.json"], "s-####.json", "s-0000.json"),
+                ([self.directory / "s-####.json"], "run-####.xyz", "run-0001.xyz"),
+                ([numbered[0], "--camera-path", path], "path-####.json", "path-0002.json"),
+                ([named], "run-####.xyz", "run-0001.xyz")):
+            result = run("submit", *arguments, "--frames", "0-2", "--wait", "-o", self.directory / "a-####.png",
+                         "--report", self.directory / report)
+            with self.subTest(report=report):
+                self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
+                self.assertEqual(result.stderr,
+                                 f"parray: {self.directory / says} is an input file: name another output file\n")
+        self.assertEqual({file: file.read_text() for file in self.directory.iterdir()}, contents)
+
     def test_what_is_no_series_is_refused_before_any_work(self):
         still = write(self.directory / "still.json", scene())
         write(self.directory / "a.xyz", "1\n\nC 0 0 0\n")

@@ -122,6 +122,15 @@ class Keys(unittest.TestCase):
         key.write_text("public short\n")
         self.refused(run("jobs", "--keys", key), "admin.key", "coordinator key")
 
+    def test_a_report_does_not_replace_the_key(self):
+        key = self.keys / "admin.key"
+        before = key.read_text()
+        picture = self.keys.parent / "a.png"
+        for keys in (key, self.keys):
+            for command in (["fetch", "1"], ["submit", SCENE, "--wait"]):
+                self.refused(run(*command, "-o", picture, "--report", key, "--keys", keys), "admin.key is an input file")
+        self.assertEqual(key.read_text(), before)
+
     def test_serving_other_machines_needs_keys_or_insecure(self):
         coordinator = BIN / "parray-coordinator"
         result = subprocess.run([coordinator, "--coordinator", "tcp://0.0.0.0:*"], capture_output=True,

@@ -107,7 +107,7 @@ class Refusals(ParticlesTest):
         for name, mentions in (("a.png", ".json"), ("a", ".json"), ("none/a.json", "does not exist"),
                                ("x" * 300 + ".json", "too long")):
             self.refused("convert", missing, self.path(name), mentions=mentions)
-        self.refused("convert", self.scene, self.scene, mentions="is the scene file")
+        self.refused("convert", self.scene, self.scene, mentions="is an input file")
         self.path("folder.json").mkdir()
         self.before = self.files()
         self.refused("convert", missing, self.path("folder.json"), mentions="directory")

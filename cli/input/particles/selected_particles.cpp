@@ -309,7 +309,8 @@ SelectedParticles parts_of(Particles particles, PackedFile& file, const Particle
                              .count = count,
                              .bonds = std::move(bonds),
                              .stick_radius = stick_radius,
-                             .arrows = std::move(arrows)};
+                             .arrows = std::move(arrows),
+                             .topology = request.topology};
   for (ParticlePart& part : selected.parts) {
     in_representation(part.representation, [&] {
       add_names(part.look, part.particles);
@@ -345,7 +346,7 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
                             ParticleSource source, SceneFile& file, int threads,
                             const DefaultLook* otherwise) {
   ParticleShapes shapes(selected, source, file.scene);
-  ParticleFile shown{path, {}, 0, std::move(selected.facts)};
+  ParticleFile shown{path, std::move(selected.topology), {}, 0, std::move(selected.facts)};
   const bool sticks = !selected.bonds.empty();
   if (sticks && selected.parts.front().particles.elements.empty()) {
     shown.stick_radius = selected.stick_radius;

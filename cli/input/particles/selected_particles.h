@@ -60,10 +60,11 @@ struct SelectedParticles {
   ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
   std::optional<ParticleCell> cell;
   std::vector<ParticlePart> parts{};
-  std::size_t count = 0;           ///< of particles that selected() returned, shown or not
-  std::vector<DrawnBond> bonds{};  ///< between particles as selected() numbered them
-  double stick_radius = 0;         ///< of looks that give none; 0: no look draws sticks
-  ParticleArrows arrows{};         ///< one per particle that selected() returned; empty: none
+  std::size_t count = 0;             ///< of particles that selected() returned, shown or not
+  std::vector<DrawnBond> bonds{};    ///< between particles as selected() numbered them
+  double stick_radius = 0;           ///< of looks that give none; 0: no look draws sticks
+  ParticleArrows arrows{};           ///< one per particle that selected() returned; empty: none
+  std::filesystem::path topology{};  ///< empty: none
 };
 
 /// Returns what must be read from the file of `source`. A relative name of the topology is relative

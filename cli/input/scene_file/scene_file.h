@@ -41,10 +41,11 @@ struct PartLook {
 
 /// A particle file that is part of a scene.
 struct ParticleFile {
-  std::filesystem::path path;  ///< empty: the standard input
-  ParticleSource source;       ///< refers to the file; has rules that were used for automatic ones
-  std::uint64_t count = 0;     ///< number of particles in the scene
-  ParticleFacts facts;         ///< with the notes of all its parts
+  std::filesystem::path path;      ///< empty: the standard input
+  std::filesystem::path topology;  ///< empty: none
+  ParticleSource source;    ///< refers to the file; has rules that were used for automatic ones
+  std::uint64_t count = 0;  ///< number of particles in the scene
+  ParticleFacts facts;      ///< with the notes of all its parts
   std::vector<PartLook> looks{};  ///< of its parts with particles
   double stick_radius = 0;        ///< default of sticks without elements; 0: there are none
   ArrowMeasure arrow_measure{};   ///< `longest` is 0 if the file has no arrows
