@@ -26,6 +26,7 @@
 #include "coordinator/loop/process_limits.h"
 #include "coordinator/replica/state_owner.h"
 #include "coordinator/store/state_tools.h"
+#include "proto/address_list.h"
 #include "proto/inproc_link.h"
 #include "proto/keys.h"
 #include "proto/zmq_link.h"
@@ -257,14 +258,25 @@ void refuse_without_keys(const Arguments& a, const std::string& option, const st
   }
 }
 
-void check(const Arguments& a) {
-  for (const auto& [option, address] :
-       {std::pair("--coordinator", a.bind), std::pair("--replicate-to", a.state.replicate_to)}) {
-    if (address.find(',') != std::string::npos) {
-      throw InputError(std::string(option) + " " + address +
-                       ": must be one address: only workers and clients accept a list");
-    }
+/// Throws InputError unless `address` is empty or one address with a port; see has_port().
+/// `served`: the port may be *.
+void check_address(const std::string& option, const std::string& address, bool served) {
+  if (address.find(',') != std::string::npos) {
+    throw InputError(option + " " + address +
+                     ": must be one address: only workers and clients accept a list");
   }
+  if (!has_port(address) && !(served && address.ends_with(":*"))) {
+    throw InputError(option + " " + address + ": the port must be a number from 1 to 65535" +
+                     (served ? ", or * for a free one" : "") +
+                     ": write an address like tcp://127.0.0.1:7400");
+  }
+}
+
+void check(const Arguments& a) {
+  check_address("--coordinator", a.bind, true);
+  check_address("--standby", a.state.standby, true);
+  check_address("--replicate-to", a.state.replicate_to, false);
+  http::check_address(a.http.address);
   if (!a.state.standby.empty() && !a.state.replicate_to.empty()) {
     throw InputError(
         "--standby and --replicate-to exclude each other: a standby cannot have a standby");
