@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <iostream>
@@ -61,6 +62,9 @@ struct Arguments {
   double http_scene_gib = 2;
   CoordinatorOptions options;
 };
+
+/// Heading of the options that are tools in the help.
+constexpr const char* tools_group = "Instead of serving";
 
 /// Declares a number whose present value is the default that the help shows.
 template <typename Number>
@@ -165,7 +169,7 @@ void declare_state(CommandLine& line, Arguments& a) {
 }
 
 void declare_tools(CommandLine& line, Arguments& a) {
-  line.section("Instead of serving");
+  line.section(tools_group);
   directory(line, "--check", a.check,
             "Read the state below DIR, print one line for each damage, and exit with status 1 if "
             "there is any. Changes nothing; no coordinator may serve the state meanwhile");
@@ -413,6 +417,15 @@ int serve(Arguments& a) {
   return 0;
 }
 
+/// Throws InputError for options besides that of a tool, because a tool ignores them.
+void check_alone(const CommandLine& line) {
+  const std::vector<GivenOption> given = line.given_options();
+  const auto tool = std::ranges::find(given, tools_group, &GivenOption::group);
+  if (tool == given.end() || given.size() == 1) return;
+  const GivenOption& other = given[tool == given.begin() ? 1 : 0];
+  throw InputError(other.name + " has no effect with " + tool->name + ": leave out one of the two");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -422,7 +435,8 @@ int main(int argc, char** argv) {
   Arguments arguments;
   return run_main(program, argc, argv, [&](CommandLine& line) {
     declare_options(line, arguments);
-    return [&] {
+    return [&arguments, &line] {
+      check_alone(line);
       if (!arguments.check.empty()) return check_command(arguments.check);
       if (!arguments.repair.empty()) return repair_command(arguments.repair, seconds_since_1970());
       if (!arguments.backup.empty()) return backup_command(arguments.backup, seconds_since_1970());
