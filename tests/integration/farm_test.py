@@ -294,6 +294,16 @@ class Service(FarmCase):
             farm.coordinator.send_signal(signal.SIGINT)
             self.assertEqual(farm.coordinator.wait(timeout=60), 0)
 
+    def test_a_name_with_control_characters_stays_in_one_line_of_the_worker_s_log(self):
+        with Farm() as farm:
+            worker = farm.start_worker("a\x1b[31mb\nINJECT")
+            wait_for(lambda: len(farm.workers()) == 1, "the worker")
+            log = worker.log.read_text()
+            self.assertIn(r"worker 'a\x1b[31mb\x0aINJECT', 1 threads", log)
+            self.assertNotIn("\x1b", log)
+            for line in log.splitlines():
+                self.assertRegex(line, r"\A\[\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{3}\] \[worker\] \[info\] ")
+
     def test_beyond_loopback_is_refused_without_keys(self):
         for address in ("tcp://0.0.0.0:7400", "tcp://*:7400", "tcp://127.example.org:7400"):
             result = subprocess.run([BIN / "parray-coordinator", "--bind", address],

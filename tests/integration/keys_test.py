@@ -121,6 +121,7 @@ class Keys(unittest.TestCase):
         self.refused(run("keygen", "/proc/keys-here"), "/proc/keys-here")
         self.refused(run("keygen", "/tmp", "--name", "ann"), "coordinator.key")
         self.refused(run("jobs", "--keys", self.keys / "none.key"), "none.key")
+        self.refused(run("jobs", "--keys", "/dev/null"), "/dev/null is a device and holds no key: name a key file")
         os.chmod(key, 0o640)
         self.refused(run("jobs", "--keys", key), "chmod 600")
         os.chmod(key, 0o600)
