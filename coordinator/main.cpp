@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <iostream>
@@ -26,6 +27,7 @@
 #include "coordinator/loop/process_limits.h"
 #include "coordinator/replica/state_owner.h"
 #include "coordinator/store/state_tools.h"
+#include "proto/address_list.h"
 #include "proto/inproc_link.h"
 #include "proto/keys.h"
 #include "proto/zmq_link.h"
@@ -60,6 +62,9 @@ struct Arguments {
   double http_scene_gib = 2;
   CoordinatorOptions options;
 };
+
+/// Heading of the options that are tools in the help.
+constexpr const char* tools_group = "Instead of serving";
 
 /// Declares a number whose present value is the default that the help shows.
 template <typename Number>
@@ -164,7 +169,7 @@ void declare_state(CommandLine& line, Arguments& a) {
 }
 
 void declare_tools(CommandLine& line, Arguments& a) {
-  line.section("Instead of serving");
+  line.section(tools_group);
   directory(line, "--check", a.check,
             "Read the state below DIR, print one line for each damage, and exit with status 1 if "
             "there is any. Changes nothing; no coordinator may serve the state meanwhile");
@@ -257,14 +262,25 @@ void refuse_without_keys(const Arguments& a, const std::string& option, const st
   }
 }
 
-void check(const Arguments& a) {
-  for (const auto& [option, address] :
-       {std::pair("--coordinator", a.bind), std::pair("--replicate-to", a.state.replicate_to)}) {
-    if (address.find(',') != std::string::npos) {
-      throw InputError(std::string(option) + " " + address +
-                       ": must be one address: only workers and clients accept a list");
-    }
+/// Throws InputError unless `address` is empty or one address with a port; see has_port().
+/// `served`: the port may be *.
+void check_address(const std::string& option, const std::string& address, bool served) {
+  if (address.find(',') != std::string::npos) {
+    throw InputError(option + " " + address +
+                     ": must be one address: only workers and clients accept a list");
   }
+  if (!has_port(address) && !(served && address.ends_with(":*"))) {
+    throw InputError(option + " " + address + ": the port must be a number from 1 to 65535" +
+                     (served ? ", or * for a free one" : "") +
+                     ": write an address like tcp://127.0.0.1:7400");
+  }
+}
+
+void check(const Arguments& a) {
+  check_address("--coordinator", a.bind, true);
+  check_address("--standby", a.state.standby, true);
+  check_address("--replicate-to", a.state.replicate_to, false);
+  http::check_address(a.http.address);
   if (!a.state.standby.empty() && !a.state.replicate_to.empty()) {
     throw InputError(
         "--standby and --replicate-to exclude each other: a standby cannot have a standby");
@@ -402,6 +418,15 @@ int serve(Arguments& a) {
   return 0;
 }
 
+/// Throws InputError for options besides that of a tool, because a tool ignores them.
+void check_alone(const CommandLine& line) {
+  const std::vector<GivenOption> given = line.given_options();
+  const auto tool = std::ranges::find(given, tools_group, &GivenOption::group);
+  if (tool == given.end() || given.size() == 1) return;
+  const GivenOption& other = given[tool == given.begin() ? 1 : 0];
+  throw InputError(other.name + " has no effect with " + tool->name + ": leave out one of the two");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -411,7 +436,8 @@ int main(int argc, char** argv) {
   Arguments arguments;
   return run_main(program, argc, argv, [&](CommandLine& line) {
     declare_options(line, arguments);
-    return [&] {
+    return [&arguments, &line] {
+      check_alone(line);
       if (!arguments.check.empty()) return check_command(arguments.check);
       if (!arguments.repair.empty()) return repair_command(arguments.repair, seconds_since_1970());
       if (!arguments.backup.empty()) return backup_command(arguments.backup, seconds_since_1970());

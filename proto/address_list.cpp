@@ -1,11 +1,22 @@
 #include "proto/address_list.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <sstream>
+#include <string_view>
 
 #include "common/base/error.h"
+#include "common/base/text.h"
 
 namespace parray::proto {
+
+bool has_port(const std::string& address) {
+  if (!address.starts_with("tcp://")) return true;
+  const std::string_view port = std::string_view(address).substr(address.rfind(':') + 1);
+  return parsed_between<std::uint16_t>(port, 1, std::numeric_limits<std::uint16_t>::max())
+      .has_value();
+}
 
 AddressList::AddressList(const std::string& text) {
   std::istringstream list(text + ",");
@@ -14,6 +25,11 @@ AddressList::AddressList(const std::string& text) {
       throw InputError("cannot connect to '" + text +
                        "': an address is empty or occurs twice: write a list like "
                        "tcp://127.0.0.1:7400,tcp://127.0.0.2:7400");
+    }
+    if (!has_port(address)) {
+      throw InputError("cannot connect to '" + address +
+                       "': the port must be a number from 1 to 65535: write an address like "
+                       "tcp://127.0.0.1:7400");
     }
     addresses_.push_back(std::move(address));
   }

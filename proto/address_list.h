@@ -8,6 +8,11 @@
 
 namespace parray::proto {
 
+/// Returns whether an address tcp://HOST:PORT ends in a port from 1 to 65535. ZeroMQ itself takes
+/// other texts for another port: 99999 for 34463. Addresses of other kinds have no port, so the
+/// result for them is true.
+bool has_port(const std::string& address);
+
 /// Chooses among the addresses of a coordinator: the primary and its standbys. It begins with the
 /// first address. It leaves a silent address for the next one, and the last for the first. An
 /// address is silent if nothing has arrived within a time limit after the first unanswered message.
@@ -15,8 +20,8 @@ namespace parray::proto {
 /// double each time that all addresses have been silent in turn, up to 80 s.
 class AddressList {
  public:
-  /// `text` holds addresses separated by commas. Throws InputError if an address is empty or occurs
-  /// twice.
+  /// `text` holds addresses separated by commas. Throws InputError if an address is empty, occurs
+  /// twice or has no port; see has_port().
   explicit AddressList(const std::string& text);
 
   [[nodiscard]] const std::vector<std::string>& all() const { return addresses_; }

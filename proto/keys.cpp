@@ -84,7 +84,11 @@ std::string key_text(const fs::path& file) {
 std::map<std::string, std::string> read_secret_file(const fs::path& file) {
   const std::string text = key_text(file);
   struct stat found {};
-  if (stat(file.c_str(), &found) != 0 || (found.st_mode & 077) != 0) {
+  const bool there = stat(file.c_str(), &found) == 0;
+  if (there && (S_ISCHR(found.st_mode) || S_ISBLK(found.st_mode))) {
+    throw InputError(file.string() + " is a device and holds no key: name a key file");
+  }
+  if (!there || (found.st_mode & 077) != 0) {
     throw InputError(file.string() +
                      " holds a secret that others on this machine can read: chmod 600 " +
                      file.string());

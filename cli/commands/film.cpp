@@ -133,14 +133,9 @@ class Film {
       inputs_.check(folder_.report(place));
       if (folder_.has(place)) there_.insert(frame);
     }
-    const std::string folder = printable(folder_.path().string(), 4096);
     if (!there_.empty()) {
       std::cerr << "parray: " << there_.size() << " of " << frames_.count() << " frames are in "
-                << folder << " from an earlier run\n";
-    } else if (folder_.has_other_film()) {
-      std::cerr << "parray: the frames in " << folder
-                << " were made with other options, files or another release: rendering all frames "
-                   "again\n";
+                << folder_text() << " from an earlier run\n";
     }
   }
 
@@ -171,6 +166,17 @@ class Film {
   }
 
  private:
+  [[nodiscard]] std::string folder_text() const { return printable(folder_.path().string(), 4096); }
+
+  /// Says that the frames of another film will be replaced. Call it when a frame can be rendered:
+  /// until then the film may still be refused.
+  void tell_of_other_film() {
+    if (std::exchange(told_, true) || !there_.empty() || !folder_.has_other_film()) return;
+    std::cerr << "parray: the frames in " << folder_text()
+              << " were made with other options, files or another release: rendering all frames "
+                 "again\n";
+  }
+
   int render_here() {
     const auto threads = command_.threads.value_or(static_cast<std::uint32_t>(usable_cpus()));
     EmbeddedFarm farm(threads);
@@ -233,6 +239,7 @@ class Film {
     if (submission.denoise) {
       ask_for_denoising(settings, RenderMode::film, !command_.render.has_target_error());
     }
+    tell_of_other_film();
     return submission;
   }
 
@@ -299,6 +306,7 @@ class Film {
   FilmFolder folder_;
   std::set<std::uint32_t> there_;  ///< frames of an earlier run
   bool noted_ = false;             ///< the notes of the readers are printed
+  bool told_ = false;              ///< tell_of_other_film() has done its work
   std::optional<std::pair<std::uint32_t, std::uint32_t>> size_;
 };
 

@@ -247,9 +247,22 @@ LabelPlaces LabelOptions::places(const SceneFile& file) const {
   });
 }
 
+void LabelOptions::check_used(const LabelSettings& drawn,
+                              const std::vector<Legend>& legends) const {
+  if (settings_.font_size && !drawn.any()) {
+    throw InputError("--font-size has no effect without labels: add one, such as --legend");
+  }
+  const bool names_unit =
+      drawn.scale_bar || drawn.legend || std::ranges::any_of(legends, shows_lengths);
+  if (!settings_.unit.empty() && !names_unit) {
+    throw InputError("--unit has no effect without a scale bar or a legend: add --scale-bar");
+  }
+}
+
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
                 const RenderSettings& settings) {
   const LabelSettings labels = options.over(file.labels, width_of(settings));
+  options.check_used(labels, file.legends);
   std::vector<Legend> legends = file.legends;
   for (Legend& legend : legends) set_title(legend, labels);
   if (!legends.empty()) outputs.legends = legends_text(legends);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/postprocessing.h"
@@ -49,6 +50,9 @@ class LabelOptions {
   /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width, or
   /// if a title is given without a legend.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
+  /// Throws InputError for a unit or a size of letters that nothing shows. `drawn`: the result of
+  /// over(). `legends`: of the scene; a file states their unit even if it shows no legend.
+  void check_used(const LabelSettings& drawn, const std::vector<Legend>& legends) const;
 
   /// Returns over() the labels of the loaded scene, for a picture with its settings. Leaves out the
   /// cell as fitting() does. Throws InputError as over() and Labels do.

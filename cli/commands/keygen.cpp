@@ -78,15 +78,17 @@ void add_keygen(CommandLine& line) {
               "Share of the workers' time relative to other users, when several users have jobs "
               "(default: 1)")
       .needs(name);
-  command.option("--remove", options->removed, "Remove the key and the HTTP token of NAME")
-      .type_name("NAME")
-      .forbid_empty();
+  Option removed =
+      command.option("--remove", options->removed, "Remove the key and the HTTP token of NAME");
+  removed.type_name("NAME").forbid_empty().excludes(name);
   command
       .option("--token", options->token_of,
               "Print a new HTTP token for the client or administrator NAME. An earlier token "
               "becomes invalid")
       .type_name("NAME")
-      .forbid_empty();
+      .forbid_empty()
+      .excludes(name)
+      .excludes(removed);
   command.example("parray keygen farm", "makes the keys of a new farm, and explains their use");
   command.example("parray keygen farm --name ann", "makes a client's key, farm/ann.key");
   command.example("parray keygen farm --name ann --share 3",

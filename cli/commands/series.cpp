@@ -241,7 +241,7 @@ class FrameRun {
     const auto to_do = static_cast<double>(all.frames - jobs_.there.size());
     all.progress =
         (here + static_cast<double>(jobs_.there.size())) / static_cast<double>(all.frames);
-    all.state = name_of(here == to_do ? JobState::done : JobState::running);
+    all.state = name_of(all.frames_done == all.frames ? JobState::done : JobState::running);
     if (here > 0) all.seconds_left = to_seconds(clock_.now() - begin_) * (to_do - here) / here;
     all.name = "film";
     progress_.show(clock_.now(), all);

@@ -245,16 +245,20 @@ void add_verify(CommandLine& line) {
   const auto options = std::make_shared<VerifyCommand>();
   add_file(command, "PICTURE", options->picture, "EXR, PNG or TIFF file that ParRay has written")
       .required();
-  add_file(command, "SCENE", options->scene,
-           "Scene of the picture: a scene file or a file of particles");
-  add_whole_number(
+  const Option scene = add_file(command, "SCENE", options->scene,
+                                "Scene of the picture: a scene file or a file of particles");
+  Option pixels = add_whole_number(
       command, "--pixels", 1, limits::max_pixels, options->pixels,
       "Trace N pixels again, chosen at random (default: 299. If 1 % of all pixels are wrong, they "
       "find one with a probability of 95 %)");
-  command.flag("--all", options->all, "Trace every pixel again");
+  pixels.needs(scene);
+  Option all = command.flag("--all", options->all, "Trace every pixel again");
+  all.needs(scene).excludes(pixels);
   add_whole_number(command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(), options->seed,
-                   "Seed of the choice of pixels (default: random)");
-  add_threads(command, options->threads);
+                   "Seed of the choice of pixels (default: random)")
+      .needs(scene)
+      .excludes(all);
+  add_threads(command, options->threads).needs(scene);
   add_json(command, options->as_json);
   command.example("parray verify glass.exr", "compares the pixels with the hash in the file");
   command.example("parray verify glass.exr scenes/glass.json", "also traces 299 pixels again");

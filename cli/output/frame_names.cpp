@@ -23,14 +23,16 @@ bool take(std::string_view& text, char sign) {
   return there;
 }
 
-/// Returns the range "FIRST", "FIRST-LAST" or "FIRST-LAST:STEP", where `between` is the first sign.
-/// Returns nothing for other texts. Throws InputError for too many frames.
+/// Returns the range "FRAME", "FIRST-LAST" or "FIRST-LAST:STEP", where `between` is the first sign.
+/// Returns nothing for other texts, also for "FRAME:STEP": in a film, 0:2 is FIRST:LAST. Throws
+/// InputError for too many frames.
 std::optional<FrameRange> range_in(std::string_view text, char between) {
   FrameRange range;
   bool good = take_number(text, range.first);
   range.last = range.first;
-  if (good && take(text, between)) good = take_number(text, range.last);
-  if (good && take(text, ':')) good = take_number(text, range.step);
+  const bool several = good && take(text, between);
+  if (several) good = take_number(text, range.last);
+  if (good && several && take(text, ':')) good = take_number(text, range.step);
   if (!good || !text.empty() || range.last < range.first || range.step == 0) return std::nullopt;
   if (range.count() > limits::max_frames) {
     throw InputError(std::to_string(range.count()) + " frames are more than the limit of " +

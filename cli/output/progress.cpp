@@ -106,7 +106,7 @@ void Progress::make_way() {
 /// the speed stays constant and the remaining time decreases.
 JobStatus Progress::between_leases(Time now, const JobStatus& job) {
   if (job.progress != last_.progress || job.state != last_.state ||
-      job.waits_for != last_.waits_for) {
+      job.frames_done != last_.frames_done || job.waits_for != last_.waits_for) {
     last_ = job;
     last_growth_ = now;
     return job;

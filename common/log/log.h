@@ -21,14 +21,14 @@ struct LogOptions {
 };
 
 /// Makes a log that writes a line to stderr for each event. Any thread may use the log. A line is
-/// text for people, or a JSON object with `time` (RFC 3339, with microseconds and the zone's
-/// offset), `level`, `logger` (which is `name`) and `message`. Throws spdlog::spdlog_ex if the
-/// process already has a log called `name`.
+/// text for people, with control characters as escapes, or a JSON object with `time` (RFC 3339,
+/// with microseconds and the zone's offset), `level`, `logger` (which is `name`) and `message`.
+/// Throws spdlog::spdlog_ex if the process already has a log called `name`.
 std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptions& options);
 
-/// Makes `log` also keep its last `most` lines in memory, as text. Must be called before another
-/// thread uses `log`. Returns a function that returns these lines, oldest first, without line ends.
-/// Any thread may call that function.
+/// Makes `log` also keep its last `most` lines in memory, as text with escapes. Must be called
+/// before another thread uses `log`. Returns a function that returns these lines, oldest first,
+/// without line ends. Any thread may call that function.
 std::function<std::vector<std::string>()> keep_lines(spdlog::logger& log, std::size_t most);
 
 }  // namespace parray::log

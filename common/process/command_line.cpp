@@ -56,6 +56,13 @@ std::string about_mismatch(const std::string& message) {
   return option + " needs a value after it" + (known ? ": " + values : "");
 }
 
+/// Rewords CLI11's message "--name excludes --remove".
+std::string about_exclusion(std::string message) {
+  constexpr std::string_view between = " excludes ";
+  message.replace(message.find(between), between.size(), " and ");
+  return message + " exclude each other: leave one of them out";
+}
+
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<CLI::App*> chosen = app.get_subcommands();
   const CLI::App& command = chosen.empty() ? app : *chosen.front();
@@ -66,6 +73,9 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   }
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
     message = about_mismatch(message);
+  }
+  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
+    message = about_exclusion(message);
   }
   const std::string help =
       app.get_name() + (chosen.empty() ? "" : " " + command.get_name()) + " --help";
@@ -187,7 +197,14 @@ Option& Option::special() {
 Option& Option::needs(const Option& other) {
   // CLI11 would also refuse the environment variable alone, so check_needs() does this.
   if (text_->environment.empty()) option_->needs(other.option_);
-  if (!other.text_->required) text_->with = other.text_->names.back();
+  if (!other.text_->required) {
+    text_->with = other.text_->is_argument() ? other.text_->value : other.text_->names.back();
+  }
+  return *this;
+}
+
+Option& Option::excludes(const Option& other) {
+  option_->excludes(other.option_);
   return *this;
 }
 
@@ -285,12 +302,13 @@ std::vector<GivenOption> Command::given_options() const {
     const bool is_flag = option->get_items_expected_max() == 0;
     given.push_back({option->get_name(), option->get_group(), is_flag ? "" : value});
   };
+  const std::vector<CLI::Option*> parsed = app_->parse_order();
   for (const CLI::Option* option : std::as_const(*app_).get_options()) {
-    const bool once = option->count() > 0 && !option->get_trigger_on_parse();
+    const bool once = std::ranges::count(parsed, option) > 0 && !option->get_trigger_on_parse();
     if (once) add(option, option->results().back());
   }
   std::map<const CLI::Option*, std::size_t> occurrences;
-  for (const CLI::Option* option : app_->parse_order()) {
+  for (const CLI::Option* option : parsed) {
     if (!option->get_trigger_on_parse()) continue;
     // CLI11 forgets the earlier values of these options.
     const auto values = called_with_->find(option);

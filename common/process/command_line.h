@@ -68,6 +68,8 @@ class Option {
   /// Makes it an error to give this option without the option `other`. A value from the environment
   /// variable of this option is no error; for that, call environment() first.
   Option& needs(const Option& other);
+  /// Makes it an error to give this option together with the option `other`.
+  Option& excludes(const Option& other);
 
  private:
   CLI::Option* option_ = nullptr;
@@ -121,8 +123,9 @@ class Command {
 
   /// Sets what CommandLine::chosen() returns if the user names this command.
   void runs(Action action);
-  /// Returns the given options. First come those without in_order(), once each, with the last
-  /// value. Then come the others in their order, as often as they are given.
+  /// Returns the options that the command line gives; values of environment variables do not count.
+  /// First come those without in_order(), once each, with the last value. Then come the others in
+  /// their order, as often as they are given.
   [[nodiscard]] std::vector<GivenOption> given_options() const;
 
  protected:

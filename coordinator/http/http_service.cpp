@@ -236,6 +236,10 @@ class Service {
 
 }  // namespace
 
+void check_address(const std::string& address) {
+  if (!address.empty()) static_cast<void>(parse_address(address));
+}
+
 HttpService serve_http(const Options& options, InprocHub& hub,
                        const std::shared_ptr<spdlog::logger>& log) {
   const auto service = std::make_shared<Service>(options, hub, log);

@@ -30,6 +30,9 @@ struct Options {
   UploadLimits uploads{};
 };
 
+/// Throws InputError unless `address` is empty or HOST:PORT.
+void check_address(const std::string& address);
+
 /// A running HTTP interface.
 struct HttpService {
   std::string address;                ///< the bound address as HOST:PORT

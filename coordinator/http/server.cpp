@@ -14,7 +14,6 @@
 #include "coordinator/http/conversation.h"
 
 namespace parray::http {
-namespace {
 
 HostPort parse_address(const std::string& address) {
   if (const auto parsed = parse_host_port(address)) return *parsed;
@@ -22,6 +21,8 @@ HostPort parse_address(const std::string& address) {
       "--http " + printable(address) +
       " is not an address to serve: write HOST:PORT, such as 127.0.0.1:7480 or [::1]:7480");
 }
+
+namespace {
 
 Listener bind_address(const std::string& address) {
   const HostPort wanted = parse_address(address);

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/base/host_port.h"
 #include "coordinator/http/connection_manager.h"
 #include "coordinator/http/exchange.h"
 #include "coordinator/http/seats.h"
@@ -45,6 +46,9 @@ class HandlerPool {
   std::size_t idle_ = 0;
   bool stopped_ = false;
 };
+
+/// Parses the address of Server. Throws InputError unless it is HOST:PORT.
+HostPort parse_address(const std::string& address);
 
 /// Speaks HTTP/1.1: a connection manager holds the connections, and threads answer requests.
 /// Requests with large bodies have separate threads. Requests for /readyz, whose answer waits for

@@ -322,12 +322,43 @@ class Service(FarmCase):
             farm.coordinator.send_signal(signal.SIGINT)
             self.assertEqual(farm.coordinator.wait(timeout=60), 0)
 
+    def test_a_name_with_control_characters_stays_in_one_line_of_the_worker_s_log(self):
+        with Farm() as farm:
+            worker = farm.start_worker("a\x1b[31mb\nINJECT")
+            wait_for(lambda: len(farm.workers()) == 1, "the worker")
+            log = worker.log.read_text()
+            self.assertIn(r"worker 'a\x1b[31mb\x0aINJECT', 1 threads", log)
+            self.assertNotIn("\x1b", log)
+            for line in log.splitlines():
+                self.assertRegex(line, r"\A\[\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{3}\] \[worker\] \[info\] ")
+
     def test_beyond_loopback_is_refused_without_keys(self):
         for address in ("tcp://0.0.0.0:7400", "tcp://*:7400", "tcp://127.example.org:7400"):
             result = subprocess.run([BIN / "parray-coordinator", "--bind", address],
                                     capture_output=True, text=True, timeout=60)
             self.assertEqual(result.returncode, 2, address)
             self.assertIn("refused", result.stderr)
+
+    def test_an_address_without_a_port_from_1_to_65535_is_refused_before_anything_is_served(self):
+        standby = ["--state", "/nonexistent/state"]
+        http = ["--coordinator", "tcp://127.0.0.1:*", "--http"]
+        for program, options, free in ((["parray-coordinator"], ["--coordinator"], True),
+                                       (["parray-coordinator"], [*standby, "--standby"], True),
+                                       (["parray-coordinator"], [*standby, "--replicate-to"], False),
+                                       (["parray-worker"], ["--coordinator"], False),
+                                       (["parray", "jobs"], ["--coordinator"], False)):
+            for port in ("99999", "-1", "75x", "0", "99999999999", "+7400", "", *([] if free else ["*"])):
+                address = f"tcp://127.0.0.1:{port}"
+                with self.subTest(program=program, options=options, port=port):
+                    result = subprocess.run([BIN / program[0], *program[1:], *options, address], capture_output=True,
+                                            text=True, timeout=60)
+                    self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
+                    self.assertRegex(result.stderr, r"\A[^\n]*the port must be a number from 1 to 65535[^\n]*\n\Z")
+                    self.assertIn(address, result.stderr)
+        for address in ("127.0.0.1:99999", "127.0.0.1"):
+            result = subprocess.run([BIN / "parray-coordinator", *http, address], capture_output=True, text=True, timeout=60)
+            self.assertEqual((result.returncode, result.stdout), (2, ""))
+            self.assertRegex(result.stderr, r"\A[^\n]*is not an address to serve[^\n]*\n\Z")
 
     def test_the_seed_format_and_v1_of_one_scene_give_one_picture(self):
         seed = json.loads((SOURCE / "tests/integration/seed-scene.json").read_text())

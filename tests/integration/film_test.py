@@ -148,6 +148,24 @@ class Here(FilmCase):
         (self.path("a.frames") / "frame-000002.png").unlink()
         self.assertIn("5 of 6 frames are in", self.film("a.mp4", "--spp", "3").stderr)
 
+    def test_a_refused_film_does_not_say_that_it_renders_frames_again(self):
+        self.film("a.mp4", "--spp", "2", "--frames", "0:1")
+        kept = self.hashes("a.mp4")
+        refused = self.film("a.mp4", "--frames", "0:1", "--denoise", "--target-error", "0.1", expected=2)
+        self.assertRegex(refused.stderr, r"\Aparray: [^\n]*\n\Z")
+        self.assertNotIn("rendering all frames again", refused.stderr)
+        self.assertIn("2 of 2 frames are in", self.film("a.mp4", "--spp", "2", "--frames", "0:1").stderr)
+        self.assertEqual(self.hashes("a.mp4"), kept)
+
+    def test_the_last_line_of_progress_counts_the_last_frame(self):
+        large = ["--width", "600", "--height", "400", "--spp", "8"]  # traced for some time before it is written
+        for frames, count in (("0:0", 1), ("0:1", 2)):
+            words = [word for word in self.words(f"{count}.mp4", *large, "--frames", frames) if word != "-q"]
+            result = run(*words, env={"PATH": self.shell_path()})
+            self.assertEqual(result.returncode, 0, result.stderr)
+            done = [line for line in result.stderr.splitlines() if line.startswith("film: ")]
+            self.assertEqual(done, [f"film: 100.0 %  {count}/{count} frames  done"])
+
     def test_frames_that_cannot_be_rendered_have_a_line_each_and_the_others_stay(self):
         for number, text in ((1, "1\n\nC 0 0 0\n"), (2, "1\n\nC 0 0 1\n")):
             self.path(f"s-{number}.json").write_text(json.dumps({

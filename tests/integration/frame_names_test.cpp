@@ -2,7 +2,10 @@
 
 #include <doctest/doctest.h>
 
+#include <string>
+
 #include "common/base/error.h"
+#include "common/scene/limits.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 
@@ -21,6 +24,17 @@ TEST_CASE("frames are a number, a range, or a range with a step") {
     CAPTURE(bad);
     CHECK(message_of<InputError>([&] { frame_range_from(bad); }) != "no error");
   }
+}
+
+TEST_CASE("FRAME:STEP is refused with the right forms, because a film reads it as FIRST:LAST") {
+  for (const char* text : {"0:2", "7:1", "0:"}) {
+    CHECK(message_of<InputError>([&] { frame_range_from(text); }) ==
+          "'" + std::string(text) +
+              "' is not a range of frames: write FRAME, FIRST-LAST or FIRST-LAST:STEP with numbers "
+              "up to " +
+              std::to_string(limits::max_frame));
+  }
+  CHECK(chosen_frames_from("0:2").range.value().count() == 3);
 }
 
 TEST_CASE("a frame's number stands where the name has its signs, with as many digits at least") {

@@ -113,9 +113,15 @@ class Keys(unittest.TestCase):
         self.refused(run("keygen", self.keys, "--name", "admin"), "already")
         self.refused(run("keygen", self.keys, "--role", "client"), "--name")
         self.refused(run("keygen", self.keys, "--remove", "nobody"), "nobody")
+        before = sorted(path.name for path in self.keys.iterdir())
+        for one, other in (("--name", "--remove"), ("--name", "--token"), ("--remove", "--token")):
+            self.refused(run("keygen", self.keys, one, "worker", other, "admin"),
+                         f"{one} and {other} exclude each other: leave one of them out; see `parray keygen --help`")
+        self.assertEqual(sorted(path.name for path in self.keys.iterdir()), before)
         self.refused(run("keygen", "/proc/keys-here"), "/proc/keys-here")
         self.refused(run("keygen", "/tmp", "--name", "ann"), "coordinator.key")
         self.refused(run("jobs", "--keys", self.keys / "none.key"), "none.key")
+        self.refused(run("jobs", "--keys", "/dev/null"), "/dev/null is a device and holds no key: name a key file")
         os.chmod(key, 0o640)
         self.refused(run("jobs", "--keys", key), "chmod 600")
         os.chmod(key, 0o600)

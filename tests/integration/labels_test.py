@@ -111,6 +111,16 @@ class Labels(CliTest):
         self.refused("render", self.atoms, "-o", self.path("c.png"), "--legend-title", "Atoms",
                      mentions="--legend-title has no effect without a legend: add --legend")
 
+    def test_a_unit_and_a_size_of_letters_that_nothing_shows_are_refused(self):
+        self.before = self.files()
+        for name in ("c.png", "c.exr"):
+            render = ["render", self.scene, "-o", self.path(name)]
+            self.refused(*render, "--font-size", "20", mentions="--font-size has no effect without labels: add one")
+            self.refused(*render, "--unit", "nm", mentions="--unit has no effect without a scale bar or a legend: add --scale-bar")
+        self.render("--scale-bar", "--unit", "nm", "--font-size", "3")
+        lengths = self.render("--color-by", "x", "--unit", "nm", scene=self.atoms, name="a.exr")["legends"]
+        self.assertEqual(lengths[0]["unit"], "nm")
+
     def test_a_width_in_print_decides_the_pixels_and_is_in_the_file(self):
         for options, width, dpi in ((["--width-mm", "42"], 496, 300),
                                     (["--width-mm", "42", "--dpi", "150"], 248, 150),

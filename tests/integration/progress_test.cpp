@@ -95,6 +95,19 @@ TEST_CASE("a bar fits its terminal, whatever its width") {
   CHECK(bar_text(job_at(0.99999), 80).find("100") == std::string::npos);
 }
 
+TEST_CASE("a finished frame shows, even if the progress counted it before") {
+  Recorder recorder(ProgressStyle::lines);
+  JobStatus film = job_at(1);
+  film.state = "done";
+  film.frames = 1;
+  recorder.show(seconds(1000), film);
+  film.frames_done = 1;
+  recorder.show(seconds(1001), film);
+  CHECK(recorder.end() ==
+        "a.json: 100.0 %  0/1 frames  done\n"
+        "a.json: 100.0 %  1/1 frames  done\n");
+}
+
 TEST_CASE("a log gets a line every ten seconds and the last") {
   Recorder recorder(ProgressStyle::lines);
   for (int second = 0; second <= 25; ++second) {

@@ -93,6 +93,14 @@ class Damage(unittest.TestCase):
             copied = coordinator("--backup", self.state, target)
             self.assertEqual(copied.returncode, 0, copied.stdout + copied.stderr)
         self.assertEqual(coordinator("--backup", self.state, target).returncode, 2, "it is not empty")
+        for tool in (["--check", target], ["--repair", target], ["--backup", target, self.state.parent / "more"]):
+            for option in (["--state", self.state], ["--check", target], ["--repair", target], ["--log-level", "debug"]):
+                if option[0] != tool[0]:
+                    refused = coordinator(*tool, *option)
+                    self.assertEqual((refused.returncode, refused.stdout), (2, ""))
+                    self.assertRegex(refused.stderr, r"\A[^\n]*: --[a-z-]+ has no effect with --[a-z]+: leave out one of the two\n\Z")
+                    self.assertIn(option[0], refused.stderr)
+        self.assertFalse((self.state.parent / "more").exists())
         shutil.rmtree(self.state)
         self.state = target
         self.serve_again(expected)

@@ -434,6 +434,14 @@ class Like(VerifyTest):
             self.assertEqual(job.finish()["image_sha256"], report["image_sha256"])
             self.assertIn("samples", read_exr(job.picture)[1])
 
+    def test_options_without_an_effect_are_refused(self):
+        self.rendered()
+        picture = self.path("a.exr")
+        for option in (["--pixels", "9"], ["--all"], ["--seed", "1"], ["--threads", "1"]):
+            self.refused_picture(picture, *option, mentions=f"{option[0]} requires SCENE; see `parray verify --help`")
+        for option in (["--pixels", "9"], ["--seed", "1"]):
+            self.refused_picture(picture, self.scene, *option, "--all", mentions="exclude each other: leave one of them out")
+
     def test_options_that_decide_the_picture_another_scene_and_no_recipe_are_refused(self):
         self.rendered()
         self.before = self.files()

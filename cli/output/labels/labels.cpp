@@ -43,10 +43,14 @@ double dots_per_inch(const LabelSettings& settings, double width) {
   return std::max(width / usual_width_mm * millimetres_an_inch, screen);
 }
 
+bool shows_lengths(const Legend& legend) {
+  return !legend.stops.empty() && is_length_number(legend.title);
+}
+
 void set_title(Legend& legend, const LabelSettings& settings) {
   const bool arrows = !legend.entries.empty() && legend.entries.front().arrow;
-  const bool lengths = !legend.stops.empty() && is_length_number(legend.title);
-  if (lengths && !settings.unit.empty()) legend.unit = trimmed(unit_sign(settings.unit));
+  if (shows_lengths(legend) && !settings.unit.empty())
+    legend.unit = trimmed(unit_sign(settings.unit));
   if (settings.legend_title.empty() || arrows) return;
   legend.title = settings.legend_title;
   legend.unit.clear();

@@ -33,6 +33,9 @@ struct LabelContent {
 /// print 120 mm wide, but at least 96 as on a screen.
 double dots_per_inch(const LabelSettings& settings, double width);
 
+/// Returns whether a legend is a colour bar of positions or radii.
+bool shows_lengths(const Legend& legend);
+
 /// If the settings have a legend_title, gives it to a legend of colours, and removes the unit of
 /// the legend, because the title contains the unit. Otherwise gives a legend of positions or radii
 /// the unit of the settings, if they have one. A blank unit means no unit.

@@ -59,4 +59,20 @@ TEST_CASE("a list with an empty or repeated address is refused") {
   }
 }
 
+TEST_CASE("an address has a port from 1 to 65535, in digits and without signs") {
+  for (const char* const good :
+       {"tcp://a:1", "tcp://a:65535", "tcp://[::1]:7400", "ipc:///tmp/a"}) {
+    CAPTURE(good);
+    CHECK(has_port(good));
+    CHECK(AddressList(good).current() == good);
+  }
+  for (const char* const bad :
+       {"tcp://a:0", "tcp://a:65536", "tcp://a:99999", "tcp://a:-1", "tcp://a:+1", "tcp://a:75x",
+        "tcp://a:99999999999", "tcp://a:", "tcp://a:*", "tcp://a"}) {
+    CAPTURE(bad);
+    CHECK_FALSE(has_port(bad));
+    CHECK_THROWS_AS(AddressList{bad}, InputError);
+  }
+}
+
 }  // namespace parray

@@ -176,6 +176,8 @@ TEST_CASE("invalid key files are refused with the name of the file") {
   fs::permissions(file, fs::perms::group_read, fs::perm_options::add);
   CHECK(refusal().find("chmod 600 " + file.string()) != std::string::npos);
   fs::permissions(file, fs::perms::group_read, fs::perm_options::remove);
+  CHECK(message_of<InputError>([] { static_cast<void>(read_member_key("/dev/null", "")); }) ==
+        "/dev/null is a device and holds no key: name a key file");
   for (const char* name : {"coordinator", "public", "secret"}) {
     std::string bad = good;
     bad.replace(bad.find(std::string("\n") + name + " ") + 1, 3, "xyz");

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
@@ -52,6 +53,34 @@ TEST_CASE("an option needs another one, and a value of its environment variable 
   CHECK(message("--address a") == "--address requires --farm");
   CHECK(message("--address a --farm") == "no error");
   CHECK(message("") == "no error");
+}
+
+TEST_CASE("options that exclude each other are refused together, in either order") {
+  const auto message = [](std::vector<const char*> words) {
+    CommandLine line("", "program");
+    std::string name;
+    std::string removed;
+    const Option first = line.option("--name", name, "");
+    line.option("--remove", removed, "").excludes(first);
+    words.insert(words.begin(), "program");
+    return message_of<UsageError>(
+        [&] { line.parse(static_cast<int>(words.size()), words.data()); });
+  };
+  const std::string refusal = " exclude each other: leave one of them out; see `program --help`";
+  CHECK(message({"--name", "a", "--remove", "b"}) == "--name and --remove" + refusal);
+  CHECK(message({"--remove", "b", "--name", "a"}) == "--name and --remove" + refusal);
+  CHECK(message({"--name", "a"}) == "no error");
+  CHECK(message({"--remove", "b"}) == "no error");
+}
+
+TEST_CASE("an option that needs an argument is refused without it, and its help names it") {
+  std::string scene;
+  bool all = false;
+  CommandLine line;
+  const Option argument = line.option("SCENE", scene, "");
+  line.flag("--all", all, "Trace all").needs(argument);
+  CHECK(message_of<UsageError>([&] { line.parse("--all"); }) == "--all requires SCENE");
+  CHECK(line.help().find("(with SCENE)") != std::string::npos);
 }
 
 }  // namespace parray::test

@@ -31,4 +31,16 @@ TEST_CASE("given options have the last value, those whose order matters have all
         "particles--show=b Options--wrap= Options--color=y ");
 }
 
+TEST_CASE("a value of an environment variable is no given option") {
+  CommandLine line;
+  std::string path;
+  line.option("--path", path, "").environment("PATH");
+  line.parse("");
+  CHECK_FALSE(path.empty());
+  CHECK(line.given_options().empty());
+  line.parse("--path x");
+  REQUIRE(line.given_options().size() == 1);
+  CHECK(line.given_options().front().value == "x");
+}
+
 }  // namespace parray
