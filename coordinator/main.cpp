@@ -418,13 +418,19 @@ int serve(Arguments& a) {
   return 0;
 }
 
-/// Throws InputError for options besides that of a tool, because a tool ignores them.
-void check_alone(const CommandLine& line) {
+/// Throws InputError for options besides that of a tool, because a tool ignores them. Accepts
+/// --state with the tool's directory: a container's program may be started with that option.
+void check_alone(const CommandLine& line, const Arguments& a) {
   const std::vector<GivenOption> given = line.given_options();
   const auto tool = std::ranges::find(given, tools_group, &GivenOption::group);
-  if (tool == given.end() || given.size() == 1) return;
-  const GivenOption& other = given[tool == given.begin() ? 1 : 0];
-  throw InputError(other.name + " has no effect with " + tool->name + ": leave out one of the two");
+  if (tool == given.end()) return;
+  const bool same_state = a.state.state == a.check || a.state.state == a.repair ||
+                          (!a.backup.empty() && a.state.state == a.backup.front());
+  for (const GivenOption& other : given) {
+    if (other.name == tool->name || (other.name == "--state" && same_state)) continue;
+    throw InputError(other.name + " has no effect with " + tool->name +
+                     ": leave out one of the two");
+  }
 }
 
 }  // namespace
@@ -437,7 +443,7 @@ int main(int argc, char** argv) {
   return run_main(program, argc, argv, [&](CommandLine& line) {
     declare_options(line, arguments);
     return [&arguments, &line] {
-      check_alone(line);
+      check_alone(line, arguments);
       if (!arguments.check.empty()) return check_command(arguments.check);
       if (!arguments.repair.empty()) return repair_command(arguments.repair, seconds_since_1970());
       if (!arguments.backup.empty()) return backup_command(arguments.backup, seconds_since_1970());

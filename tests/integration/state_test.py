@@ -100,6 +100,7 @@ class Damage(unittest.TestCase):
                     self.assertEqual((refused.returncode, refused.stdout), (2, ""))
                     self.assertRegex(refused.stderr, r"\A[^\n]*: --[a-z-]+ has no effect with --[a-z]+: leave out one of the two\n\Z")
                     self.assertIn(option[0], refused.stderr)
+        self.assertEqual(coordinator("--state", target, "--check", target).returncode, 0)  # as in a container
         self.assertFalse((self.state.parent / "more").exists())
         shutil.rmtree(self.state)
         self.state = target
