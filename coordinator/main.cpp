@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <random>
@@ -424,8 +425,12 @@ void check_alone(const CommandLine& line, const Arguments& a) {
   const std::vector<GivenOption> given = line.given_options();
   const auto tool = std::ranges::find(given, tools_group, &GivenOption::group);
   if (tool == given.end()) return;
-  const bool same_state = a.state.state == a.check || a.state.state == a.repair ||
-                          (!a.backup.empty() && a.state.state == a.backup.front());
+  const auto is_state = [&](const std::string& directory) {
+    return (std::filesystem::path(directory) / "").lexically_normal() ==
+           (std::filesystem::path(a.state.state) / "").lexically_normal();
+  };
+  const bool same_state =
+      is_state(a.check) || is_state(a.repair) || (!a.backup.empty() && is_state(a.backup.front()));
   for (const GivenOption& other : given) {
     if (other.name == tool->name || (other.name == "--state" && same_state)) continue;
     throw InputError(other.name + " has no effect with " + tool->name +

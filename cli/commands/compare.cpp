@@ -8,10 +8,10 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/printing.h"
+#include "cli/output/input_files.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/transparency.h"
 #include "cli/output/text.h"
-#include "cli/output/write_outputs.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/process/stop_signal.h"
@@ -88,14 +88,9 @@ void check_same_background(const CompareCommand& command, const ImageFile& refer
 void check_verification_path(const CompareCommand& command) {
   if (command.verification.empty()) return;
   check_image_path(command.verification);
-  const auto check = [&](const std::string& input) {
-    if (same_file(command.verification, input)) {
-      throw InputError(printable(command.verification, 4096) +
-                       " is one of the pictures to compare: write to another file");
-    }
-  };
-  check(command.reference);
-  for (const std::string& image : command.images) check(image);
+  InputFiles inputs{command.reference};
+  for (const std::string& image : command.images) inputs.add(image);
+  inputs.check(command.verification);
 }
 
 Comparison comparison_of(const std::string& name, const ImageFile& reference,

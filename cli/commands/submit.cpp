@@ -119,11 +119,10 @@ void check_series(const SubmitCommand& command, const OutputPaths& outputs) {
   for (std::uint32_t i = 0; i < command.frames->count(); ++i) {
     const OutputPaths& frame =
         numbered.emplace_back(outputs_of(outputs, command.frames->number(i)));
-    for (const auto& file : {frame.image, frame.report, frame.error_map}) {
-      exist = exist || fs::exists(file, ignored);
-    }
+    exist = exist || fs::exists(frame.report, ignored);
   }
-  // A file that does not exist is no input. So most series need not read their scenes for this.
+  // A report may have any name; pictures have extensions that no file of particles has. A file that
+  // does not exist is no input. So most series need not read their scenes for this.
   const InputFiles inputs = inputs_of(command, exist);
   for (const OutputPaths& frame : numbered) check_not_inputs(frame, inputs);
 }

@@ -150,12 +150,15 @@ std::string answer_command(const TradeoffCommand& command,
 constexpr std::array<const char*, 4> tables{"tradeoff.csv", "farms.csv", "intervals.csv",
                                             "tradeoff.json"};
 
-/// Throws InputError if a table would overwrite a file from which the scene was read.
-void check_tables(const TradeoffCommand& command, const SceneFile& scene) {
+/// Throws InputError if a table would overwrite a file from which the scene was read, or if the
+/// measurements would, which --restart deletes.
+void check_files(const TradeoffCommand& command, const SceneFile& scene) {
   InputFiles inputs = inputs_of(scene);
   inputs.add(command.scene);
   const std::filesystem::path directory(command.directory);
   for (const char* const table : tables) inputs.check(directory / table);
+  inputs.check(directory / tradeoff::runs_name);
+  inputs.check(directory / tradeoff::state_name);
 }
 
 void write_tables(const tradeoff::TradeoffResults& results, const tradeoff::MeasurementLog& log,
@@ -168,7 +171,7 @@ void write_tables(const tradeoff::TradeoffResults& results, const tradeoff::Meas
 
 int run(const TradeoffCommand& command) {
   const SceneFile file = load_scene(command.scene, command.none);
-  check_tables(command, file);
+  check_files(command, file);
   const tradeoff::Request request = request_of(command, file);
   const auto threads = static_cast<int>(command.threads.value_or(usable_cpus()));
   const DeferredInterrupts deferred;

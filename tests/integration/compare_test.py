@@ -253,7 +253,7 @@ class Compare(unittest.TestCase):
         self.refused(missing, missing, "-o", "", mentions=["--output"])
         for inputs in ([self.reference, missing], [missing, self.reference]):
             self.refused(*inputs, "-o", self.reference,
-                         mentions=[self.reference, "one of the pictures to compare"])
+                         mentions=[self.reference, "is an input file: name another output file"])
 
     def test_a_reference_without_another_picture_is_refused(self):
         self.refused(mentions=["REF", "`parray compare --help`"])

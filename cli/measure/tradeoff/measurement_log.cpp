@@ -22,8 +22,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* remedy = ": use another directory, or start again with --restart";
-constexpr const char* runs_name = "runs.csv";
-constexpr const char* state_name = "state.json";
 constexpr int format_version = 3;
 
 /// The numbers of a run, in the order of the file's columns.

@@ -22,6 +22,9 @@ struct Identity {
   std::string processor;
 };
 
+inline constexpr const char* runs_name = "runs.csv";
+inline constexpr const char* state_name = "state.json";
+
 /// The directory of measurements. Every measurement is written as soon as it is made, so that a
 /// later run of the same command continues.
 ///

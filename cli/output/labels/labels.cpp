@@ -49,8 +49,9 @@ bool shows_lengths(const Legend& legend) {
 
 void set_title(Legend& legend, const LabelSettings& settings) {
   const bool arrows = !legend.entries.empty() && legend.entries.front().arrow;
-  if (shows_lengths(legend) && !settings.unit.empty())
+  if (shows_lengths(legend) && !settings.unit.empty()) {
     legend.unit = trimmed(unit_sign(settings.unit));
+  }
   if (settings.legend_title.empty() || arrows) return;
   legend.title = settings.legend_title;
   legend.unit.clear();
