@@ -44,7 +44,7 @@ const Rules& room_may_include() {
   static const Rules rules = {
       {"common/base", {}},
       {"common/process", {"common/base"}},
-      {"common/log", {"common/process"}},
+      {"common/log", {"common/base", "common/process"}},
       {"common/math", {}},
       {"common/scene", {"common/base", "common/math"}},
       {"common/image", {"common/base", "common/math", "common/scene"}},
