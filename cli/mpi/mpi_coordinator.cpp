@@ -265,6 +265,7 @@ bool MpiCoordinator::last_barrier(Time patience) {
 RenderFacts MpiCoordinator::facts(const Ranks& ranks) const {
   RenderFacts facts;
   facts.render_seconds = to_seconds(finished_ - started_);
+  facts.samples_before = run_.samples_before();
   facts.deciding_seconds = deciding_seconds_;
   facts.workers = ranks.count;
   const RenderSettings& settings = run_.record().settings;

@@ -311,6 +311,7 @@ void JobBook::finish_job(Job& job) {
   job.phase = JobPhase::finishing;
   const Time started = std::min(job.work->started, farm_.now);  // never: all came from the store
   job.work->facts.render_seconds = to_seconds(farm_.now - started);
+  job.work->facts.samples_before = job.work->samples_before;
   job.count_time(farm_.now, false);
   const auto finished = std::make_shared<FinishedJob>();
   auto task = [this, finished, record = job.record, run = job.work->run, facts = job.work->facts,

@@ -56,7 +56,10 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
       std::minmax_element(framebuffer.samples().begin(), framebuffer.samples().end());
   // The report states the build time separately.
   const double tracing = std::max(facts.render_seconds - facts.build_seconds, 0.0);
-  const double rate = tracing > 0 ? 1 / tracing : 0;
+  const auto all = static_cast<double>(counts.samples);
+  const double samples = all - std::min(static_cast<double>(facts.samples_before), all);
+  const double samples_per_second = tracing > 0 ? samples / tracing : 0;
+  const double rays_per_sample = all > 0 ? static_cast<double>(counts.rays) / all : 0;
   json report = settings_in_report(job.settings());
   report.update({{"image_sha256", image_sha256},
                  {"samples_per_pixel", samples_per_pixel_of(job)},
@@ -78,8 +81,8 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
                  {"workers", facts.workers},
                  {"samples", counts.samples},
                  {"rays", counts.rays},
-                 {"samples_per_second", static_cast<double>(counts.samples) * rate},
-                 {"rays_per_second", static_cast<double>(counts.rays) * rate},
+                 {"samples_per_second", samples_per_second},
+                 {"rays_per_second", samples_per_second * rays_per_sample},
                  {"nonfinite_samples", counts.nonfinite},
                  {"nonfinite_pixels", framebuffer.excluded().size()},
                  {"nonfinite", std::move(located)},

@@ -110,6 +110,35 @@ TEST_CASE("a done job has its times, also after a restart") {
   }
 }
 
+TEST_CASE("the rates of a report count only the samples since the restart of the coordinator") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(with_clock(), &store);
+  const JobId id = service.submit(small_scene(), many_leases());
+  {
+    Hand hand(service, "a");
+    work(service, {{&hand, honest}}, id, 5);
+  }
+  service.turn(seconds(10));  // commits
+  service.coordinator().keep_progress();
+  service.restart();
+  const RenderSettings settings = many_leases();
+  const double earlier = service.job(id).at("samples_taken").get<double>() *
+                         static_cast<double>(pixel_count(settings));
+  REQUIRE(earlier > 0);
+  Hand hand(service, "b");
+  work(service, {{&hand, honest}}, id);
+  const json report = service.fetch(id).report;
+  const double seconds = report.at("seconds").at("render").get<double>() -
+                         report.at("seconds").at("build").get<double>();
+  const double later = report.at("samples").get<double>() - earlier;
+  CHECK(later > 0);
+  CHECK(report.at("samples_per_second") == doctest::Approx(later / seconds));
+  CHECK(report.at("rays_per_second").get<double>() ==
+        doctest::Approx(report.at("rays").get<double>() / report.at("samples").get<double>() *
+                        later / seconds));
+}
+
 TEST_CASE("the error of a running job without a target is estimated on its way") {
   Service service(with_clock());
   Hand hand(service, "a", 4);
