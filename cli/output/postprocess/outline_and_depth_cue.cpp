@@ -277,8 +277,9 @@ Vec3d background_color(const Image& image, const SeenSpheres& seen, const Scene&
   }
   const Camera& camera = scene.camera;
   const double up = normalize(camera.look_at - camera.look_from).y;
-  const Vec3d sky = scene.sky.horizon + ((up + 1) / 2) * (scene.sky.zenith - scene.sky.horizon);
-  if (pixels == 0) return {std::min(sky.x, 1.0), std::min(sky.y, 1.0), std::min(sky.z, 1.0)};
+  const Vec3d& horizon = scene.sky.horizon;
+  const Vec3d ahead = horizon + ((up + 1) / 2) * (scene.sky.zenith - horizon);
+  if (pixels == 0) return {std::min(ahead.x, 1.0), std::min(ahead.y, 1.0), std::min(ahead.z, 1.0)};
   const double share = 1 / static_cast<double>(pixels);
   return share * Vec3d{sum[0], sum[1], sum[2]};
 }
