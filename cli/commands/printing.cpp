@@ -92,7 +92,7 @@ static std::string job_samples_text(const JobStatus& job) {
     return mean_text(job.samples_taken) + (job.samples_taken == 1 ? " sample" : " samples") +
            " each";
   }
-  const std::string limit =
+  std::string limit =
       job.samples_per_pixel > 0 ? counted(job.samples_per_pixel, "sample") + " each" : "";
   if (!limit.empty() && job.samples_taken <= 0) return limit;
   return limit + (limit.empty() ? "" : ", ") + mean_text(job.samples_taken) + " traced";

@@ -135,7 +135,7 @@ TEST_CASE("a frame that was queued again has no end, and the time of its series 
 
 TEST_CASE("failed and cancelled frames keep their progress in that of their series") {
   SeriesRig rig;
-  for (const JobId id : {11, 12}) {
+  for (const JobId id : {JobId{11}, JobId{12}}) {
     Job& frame = rig.farm.jobs.at(id);
     frame.record.course.progress = id == 11 ? 0.5 : 0;
     rig.jobs.steer(frame, {1, id, msg::JobAction::cancel, 0});
