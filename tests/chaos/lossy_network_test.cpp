@@ -10,7 +10,7 @@
 namespace parray::test {
 namespace {
 
-constexpr Time patience = std::chrono::hours(2);
+constexpr Time longest_run = std::chrono::hours(2);
 
 struct Weather {
   SimNetwork::Tally network;
@@ -83,7 +83,7 @@ TEST_CASE("100 lossy networks: the same hash, every sample merged once") {
     for (std::size_t i = 0; i < workers; ++i) farm.add_worker(20 + up_to(500));
     const RenderSettings settings = settings_for(scene, seed);
     farm.submit(scene, settings);
-    REQUIRE(farm.run(patience));
+    REQUIRE(farm.run(longest_run));
     check_picture(farm, scene, settings);
     weather.add(farm);
   }
@@ -111,7 +111,7 @@ TEST_CASE("workers that die, hang and join at random moments do not change the p
     farm.add_worker(30);
     const RenderSettings settings = settings_for(scene, seed);
     farm.submit(scene, settings);
-    REQUIRE(farm.run(patience, [&](SimFarm& f) {
+    REQUIRE(farm.run(longest_run, [&](SimFarm& f) {
       const std::size_t victim = random() % f.worker_count();
       if (random() % 200 == 0 && f.alive(victim)) {
         f.kill_worker(victim);
@@ -142,7 +142,7 @@ TEST_CASE(
     const RenderSettings settings = settings_for(scene, seed);
     farm.submit(scene, settings);
     std::size_t lost = 0;
-    REQUIRE(farm.run(patience, [&](SimFarm& f) {
+    REQUIRE(farm.run(longest_run, [&](SimFarm& f) {
       if (random() % 60 == 0) f.crash_coordinator();
       lost += f.acknowledged_but_lost();
     }));
@@ -174,7 +174,7 @@ TEST_CASE(
     farm.add_worker(40);
     farm.submit(scene, settings);
     std::size_t lost = 0;
-    REQUIRE(farm.run(patience, [&](SimFarm& f) {
+    REQUIRE(farm.run(longest_run, [&](SimFarm& f) {
       const std::size_t victim = random() % f.worker_count();
       if (random() % 150 == 0) {
         f.crash_coordinator();
@@ -205,7 +205,7 @@ TEST_CASE("a worker stopped beyond its deadline has its late result refused") {
   const std::size_t sleeper = farm.add_worker(100);
   farm.submit(scene, settings);
   bool stopped = false;
-  REQUIRE(farm.run(patience, [&](SimFarm& f) {
+  REQUIRE(farm.run(longest_run, [&](SimFarm& f) {
     if (!stopped && !f.worker_is_idle(sleeper)) {
       f.stop_worker(sleeper, seconds(30));
       stopped = true;

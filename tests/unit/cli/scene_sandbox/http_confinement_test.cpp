@@ -83,7 +83,7 @@ TEST_CASE("an enclosed process has power over itself only") {
           const bool for_others =
               !refused(syscall(SYS_tgkill, parent, parent, 0)) ||
               !refused(prlimit(parent, RLIMIT_CPU, nullptr, &own)) ||
-              !refused(setpriority(PRIO_PROCESS, parent, 19)) ||
+              !refused(setpriority(PRIO_PROCESS, static_cast<id_t>(parent), 19)) ||
               !refused(sched_setaffinity(parent, sizeof processors, &processors));
           return for_itself && !for_others ? 0 : 1;
         }) == 0);

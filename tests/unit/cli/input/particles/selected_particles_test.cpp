@@ -70,7 +70,7 @@ class ParticleScene {
 
 Material diffuse(const Vec3d& albedo) { return {MaterialType::diffuse, albedo, 0, 1}; }
 
-const Material gold{MaterialType::metal, {0.8, 0.6, 0.2}, 0, 1};
+const Material gold_metal{MaterialType::metal, {0.8, 0.6, 0.2}, 0, 1};
 
 }  // namespace
 
@@ -84,7 +84,7 @@ TEST_CASE("particles come after the spheres, in the order of files and lines") {
                                              {{0, 1, 0}, 0.5, 1},
                                              {{1, 2, 3}, 2, 0}});
   CHECK_FALSE(std::signbit(scene.spheres[2].center.x));  // -0 in the file
-  CHECK(scene.materials == std::vector<Material>{diffuse({0.5, 0.5, 0.5}), gold});
+  CHECK(scene.materials == std::vector<Material>{diffuse({0.5, 0.5, 0.5}), gold_metal});
 }
 
 TEST_CASE("by-element takes colour and radius from the table of elements") {
@@ -114,7 +114,7 @@ TEST_CASE("by-type takes the material with the type's name, or a colour for the 
   const Scene scene =
       files.expanded(R"({"file": "types.csv", "material": "by-type", "radius": 1})");
   REQUIRE(scene.materials.size() == 4);
-  CHECK(scene.materials[1] == gold);
+  CHECK(scene.materials[1] == gold_metal);
   const Material sand = scene.materials[2];
   const Material clay = scene.materials[3];
   CHECK(sand.type == MaterialType::diffuse);
@@ -143,7 +143,7 @@ TEST_CASE("equal materials of spheres, names and columns become one") {
   const Scene scene = files.expanded(R"({"file": "grey.csv", "material": "ground", "radius": 1},
     {"file": "types.csv", "material": "gold", "radius": 1},
     {"file": "types.csv", "material": "gold", "radius": 1})");
-  CHECK(scene.materials == std::vector<Material>{diffuse({0.5, 0.5, 0.5}), gold});
+  CHECK(scene.materials == std::vector<Material>{diffuse({0.5, 0.5, 0.5}), gold_metal});
 }
 
 TEST_CASE("a missing column is refused with the list of columns") {

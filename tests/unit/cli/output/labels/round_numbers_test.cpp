@@ -30,7 +30,7 @@ TEST_CASE("marks are few, round and ascending, and lie in their range") {
     const auto& [low, high] = row;  // which Clang 14 does not capture
     CAPTURE(row.first);
     CAPTURE(row.second);
-    for (const std::size_t most : {2, 3, 6}) {
+    for (const std::size_t most : {2U, 3U, 6U}) {
       const Ticks ticks = ticks_between(low, high, static_cast<int>(most));
       CHECK(!ticks.values.empty());
       CHECK(ticks.values.size() <= most);
