@@ -6,7 +6,7 @@
 
 namespace parray::scene {
 
-/// What decides the bits of a sample, together with the scene.
+/// These settings and the scene decide the bits of a sample.
 struct PictureSettings {
   std::uint32_t width = 1200;    ///< pixels, 1 .. limits::max_image_side
   std::uint32_t height = 800;    ///< pixels, 1 .. limits::max_image_side

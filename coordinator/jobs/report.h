@@ -18,7 +18,7 @@ namespace parray::coordinator {
 struct RenderFacts {
   /// From the first lease of this process until the picture was complete.
   double render_seconds = 0;
-  std::uint64_t samples_before = 0;     ///< samples that an earlier process has traced
+  std::uint64_t samples_before = 0;     ///< samples that the picture had before that lease
   double deciding_seconds = 0;          ///< part of render_seconds in which passes were planned
   double trace_seconds = 0;             ///< sum of the tracing times of all workers
   double build_seconds = 0;             ///< the longest of any worker, for its accelerator

@@ -19,7 +19,7 @@ inline const ParticleRequest last_frame{.frame = FrameChoice{0, true}};
 /// The value of a number column for a particle without a number.
 inline constexpr double unknown_number = std::numeric_limits<double>::quiet_NaN();
 
-/// Reads every column of a frame of a file with this text.
+/// Writes a file with this text, and reads all columns of one of its frames.
 inline Particles read_all(const ParticleFiles& files, const std::string& name,
                           const std::string& text, std::uint64_t frame = 0) {
   return read_particles(files.write(name, text), {.frame = FrameChoice{frame, false}, .all = true});

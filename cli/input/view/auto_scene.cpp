@@ -90,9 +90,9 @@ void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spher
   }
 }
 
-/// Returns the surroundings of the particles in `file`, whose settings, labels and shapes are
-/// known. Changes its camera. If the labels leave too little room, and the cell is one of them only
-/// because the particles are a crystal, removes this label.
+/// Returns the surroundings of the particles in `file`, and changes the camera of `file`. The
+/// caller has set the settings, labels and shapes. A crystal has the cell as a label without being
+/// asked. The function removes that label if the labels leave too little room.
 Surroundings surroundings_in(SceneFile& file, const Viewing& viewing, Subject subject,
                              int threads) {
   subject.capsules = file.scene.capsules;
